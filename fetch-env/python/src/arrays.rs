@@ -1,5 +1,7 @@
 //! numpy arrays: actions and goals on their way in, observations on their way out.
 
+use std::fmt::{self, Display, Formatter};
+
 use fetch_env::{FetchEnv, FetchObservation, GoalObservation, Info, MujocoSimulator, Simulator};
 use numpy::{
     PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
@@ -44,6 +46,20 @@ impl<'py> Numbers<'py> {
         numpy.call_method1(intern!(py, "require"), (array, kind, "CAE"))
     }
 
+    /// Takes an array of this shape, or anything that numpy can make into one.
+    pub(crate) fn of_shape(
+        name: &str,
+        numbers: &Bound<'py, PyAny>,
+        shape: &[usize],
+    ) -> Result<Self> {
+        let taken = Self::take(name, numbers)?;
+        if taken.shape() == shape {
+            return Ok(taken);
+        }
+        let (actual, expected) = (Shape(taken.shape()), Shape(shape));
+        Err(Error::value(format!("{name} has the shape {actual}: pass {expected}")))
+    }
+
     /// Takes a contiguous and aligned array of one of the two types.
     fn of_array(numbers: &Bound<'py, PyAny>) -> Option<Self> {
         let array = numbers.cast::<PyUntypedArray>().ok()?;
@@ -82,6 +98,21 @@ impl<'py> Numbers<'py> {
         match self {
             Self::Single(array) => array.as_array().iter().map(|&number| number.into()).collect(),
             Self::Double(array) => array.as_array().iter().copied().collect(),
+        }
+    }
+}
+
+/// A shape as Python writes it.
+pub(crate) struct Shape<'a>(pub(crate) &'a [usize]);
+
+impl Display for Shape<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            [len] => write!(f, "({len},)"),
+            lens => {
+                let lens: Vec<_> = lens.iter().map(ToString::to_string).collect();
+                write!(f, "({})", lens.join(", "))
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use fetch_env::{EnvId, FetchConfig, FetchObservation, FetchResetOptions, ModelSource, RewardKind};
-use goal_reward::{GoalPairs, GoalReward};
+use goal_reward::{GoalPairs, GoalReward, goal_distance};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::{
     IntoPyObjectExt,
@@ -11,9 +11,15 @@ use pyo3::{
     types::{PyBool, PyDict, PyFloat},
 };
 
-use crate::arrays::Numbers;
+use crate::arrays::{Numbers, Shape};
 use crate::error::{Error, Result};
 use crate::integer::Integer;
+
+/// The number of elements of a goal: x, y and z.
+pub(crate) const GOAL_LEN: usize = 3;
+
+/// By how much rewards, and distances in meters, may differ where goals were rounded to `f32`.
+const ROUNDING: f64 = 1e-5;
 
 /// The settings of an environment, always valid.
 #[pyclass(frozen, module = "fetch_env._native")]
@@ -167,6 +173,23 @@ impl Config {
         self.config.task().spec().gripper_extra_height
     }
 
+    /// What makes two transitions of one kind: the task, its reward and its dynamics.
+    pub(crate) fn transitions(&self) -> String {
+        let (config, sim) = (&self.config, self.config.sim());
+        let model = match sim.model() {
+            ModelSource::Folder(path) => path.display().to_string(),
+            ModelSource::Reference => "reference".to_owned(),
+            _ => "builtin".to_owned(),
+        };
+        format!(
+            "{}, reward_type={:?}, distance_threshold={}, n_substeps={}, model={model:?}",
+            EnvId { reward: RewardKind::Sparse, ..self.id },
+            self.reward_type(),
+            config.distance_threshold().get(),
+            sim.n_substeps().get(),
+        )
+    }
+
     /// Rewards of pairs of goals: a float for one pair, and otherwise an array of their batch
     /// shape, in the precision that the reference gives it.
     fn compute_reward<'py>(
@@ -188,6 +211,33 @@ impl Config {
             return Ok(rewards.reshape(goals.batch_shape)?.into_any());
         }
         Ok(PyArray1::from_vec(py, rewards).reshape(goals.batch_shape)?.into_any())
+    }
+
+    /// Raises an error if steps that achieved these goals had other rewards, apart from rounding.
+    fn check_rewards(
+        &self,
+        achieved_goal: &Bound<'_, PyAny>,
+        desired_goal: &Bound<'_, PyAny>,
+        reward: &Bound<'_, PyAny>,
+    ) -> Result<()> {
+        let goals = Goals::take(achieved_goal, desired_goal)?;
+        let rewards = Numbers::of_shape("reward", reward, &goals.batch_shape)?.to_double();
+        let expected = self.config.distance_reward();
+        for (row, ((achieved, desired), actual)) in goals.pairs()?.iter().zip(rewards).enumerate() {
+            let reward = expected.reward(achieved, desired);
+            let beyond = goal_distance(achieved, desired) - expected.threshold().get();
+            let may_be_either = expected.kind() == RewardKind::Sparse && beyond.abs() < ROUNDING;
+            if (actual - reward).abs() > ROUNDING
+                && !(may_be_either && [0.0, -1.0].contains(&actual))
+            {
+                return Err(Error::value(format!(
+                    "environment {row} has the reward {actual:?}, but its settings give {reward:?} \
+                     for its goals: pass reward=, a function that computes the rewards of a whole \
+                     batch, to relabel with"
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Whether steps with these goals would end the task.
@@ -242,8 +292,15 @@ impl Goals {
                 desired.shape()
             )));
         }
-        let (dim, batch_shape) =
-            achieved.shape().split_last().ok_or_else(|| Error::value("a goal must be an array"))?;
+        let (dim, batch_shape) = match achieved.shape() {
+            [batch_shape @ .., dim @ GOAL_LEN] => (dim, batch_shape),
+            shape => {
+                let shape = Shape(shape);
+                return Err(Error::value(format!(
+                    "the goals have the shape {shape}: pass (..., {GOAL_LEN})"
+                )));
+            }
+        };
         Ok(Self {
             achieved: achieved.to_double(),
             desired: desired.to_double(),
@@ -295,16 +352,12 @@ pub(crate) fn reset_options(options: Option<&Bound<'_, PyDict>>) -> Result<Fetch
     let mut read = FetchResetOptions::default();
     for (key, value) in options.into_iter().flatten() {
         let key: String = key.extract()?;
-        let numbers = || Ok::<_, Error>(Numbers::take(&key, &value)?.to_double());
+        let numbers = |len| Ok::<_, Error>(Numbers::of_shape(&key, &value, &[len])?.to_double());
         match key.as_str() {
-            "desired_goal" => read = read.with_desired_goal(numbers()?),
+            "desired_goal" => read = read.with_desired_goal(numbers(GOAL_LEN)?),
             "object_position" => {
-                let numbers = numbers()?;
-                let position = <[f64; 2]>::try_from(numbers.as_slice()).map_err(|_| {
-                    let count = numbers.len();
-                    Error::value(format!("object_position has {count} elements: pass x and y"))
-                })?;
-                read = read.with_object_position(position);
+                let numbers = numbers(2)?;
+                read = read.with_object_position([numbers[0], numbers[1]]);
             }
             _ => {
                 return Err(Error::value(format!(

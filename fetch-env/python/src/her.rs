@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use goal_reward::DistanceReward;
+use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, LoadError, Sampler, StartData,
     StepData, UnitInterval,
@@ -13,18 +13,29 @@ use pyo3::{
     types::{PyBytes, PyDict},
 };
 
-use crate::arrays::Numbers;
-use crate::config::Config;
+use crate::arrays::{Numbers, Shape};
+use crate::config::{Config, GOAL_LEN};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
+use crate::own_reward::OwnReward;
 use crate::vec_env::VecEnv;
+
+/// The number of elements of an action.
+const ACTION_LEN: usize = 4;
 
 /// A hindsight replay buffer of `f32`, with the rewards of an environment.
 #[pyclass(frozen, module = "fetch_env._native")]
 pub(crate) struct Buffer {
     contents: Exclusive<Contents>,
     reward: DistanceReward,
+    dims: Dims,
+    /// The kind of transitions that the environments have; see [`Config::transitions`].
+    transitions: String,
+    /// The description of the contents in a file: the same, and whose rewards relabeled rows get.
+    task: String,
+    /// The number of steps after which an episode is cut off, if it is known.
+    episode_len: Option<usize>,
 }
 
 /// The transitions, and the memory of the batches.
@@ -35,13 +46,28 @@ struct Contents {
 
 #[pymethods]
 impl Buffer {
+    /// `episode_len` is the number of steps after which an episode is cut off; `has_own_reward` says
+    /// whether `sample` will get a function.
     #[new]
-    fn new(config: &Config, capacity: Integer<usize>, num_envs: Integer<usize>) -> Result<Self> {
-        let dims = Dims { observation: config.observation_len(), goal: 3, action: 4 };
-        let buffer = BufferConfig::new(capacity.0, dims).with_num_envs(num_envs.0);
+    #[pyo3(signature = (config, capacity, num_envs, episode_len = None, has_own_reward = false))]
+    fn new(
+        config: &Config,
+        capacity: Integer<usize>,
+        num_envs: Integer<usize>,
+        episode_len: Option<usize>,
+        has_own_reward: bool,
+    ) -> Result<Self> {
+        let dims =
+            Dims { observation: config.observation_len(), goal: GOAL_LEN, action: ACTION_LEN };
+        let transitions = config.transitions();
+        let own = if has_own_reward { ", relabeled by another function" } else { "" };
+        let task = format!("{transitions}{own}");
+        check_capacity(capacity.0, episode_len)?;
+        let buffer = BufferConfig::new(capacity.0, dims).with_num_envs(num_envs.0).with_task(&task);
         let buffer = HerBuffer::new(buffer).map_err(Error::value)?;
         let contents = Exclusive::new(Contents { buffer, batch: Batch::new() });
-        Ok(Self { contents, reward: config.config.distance_reward() })
+        let reward = config.config.distance_reward();
+        Ok(Self { contents, reward, dims, transitions, task, episode_len })
     }
 
     fn __len__(&self, py: Python<'_>) -> Result<usize> {
@@ -65,6 +91,7 @@ impl Buffer {
 
     /// Stores what the last call of a vector returned.
     fn record(&self, py: Python<'_>, envs: &VecEnv) -> Result<()> {
+        self.check_transitions(envs.transitions())?;
         let mut envs = envs.lock(py)?;
         let mut contents = self.contents.lock(py)?;
         let recorded = contents.buffer.record(&envs.last_step()?.into()).map_err(Error::value)?;
@@ -73,6 +100,7 @@ impl Buffer {
 
     /// Goes on recording from the states in which a vector is.
     fn resume(&self, py: Python<'_>, envs: &VecEnv) -> Result<()> {
+        self.check_transitions(envs.transitions())?;
         let mut envs = envs.lock(py)?;
         let mut contents = self.contents.lock(py)?;
         let resumed = contents.buffer.resume(&envs.last_step()?.into()).map_err(Error::value)?;
@@ -93,13 +121,18 @@ impl Buffer {
         terminated: bool,
         truncated: bool,
     ) -> Result<()> {
-        let numbers = |name, array| Ok::<_, Error>(Numbers::take(name, array)?.to_double());
+        let reward = Numbers::take("reward", reward)?;
+        let &[steps] = reward.shape() else {
+            let shape = Shape(reward.shape());
+            return Err(Error::value(format!("reward has the shape {shape}: pass (T,)")));
+        };
+        let Dims { observation: width, goal, action: action_len } = self.dims;
         let episode = EpisodeData {
-            observation: &numbers("observation", observation)?,
-            achieved_goal: &numbers("achieved_goal", achieved_goal)?,
-            desired_goal: &numbers("desired_goal", desired_goal)?,
-            action: &numbers("action", action)?,
-            reward: &numbers("reward", reward)?,
+            observation: &numbers("observation", observation, &[steps + 1, width])?,
+            achieved_goal: &numbers("achieved_goal", achieved_goal, &[steps + 1, goal])?,
+            desired_goal: &numbers("desired_goal", desired_goal, &[goal])?,
+            action: &numbers("action", action, &[steps, action_len])?,
+            reward: &reward.to_double(),
             terminated,
             truncated,
             fields: &[],
@@ -116,10 +149,11 @@ impl Buffer {
         achieved_goal: &Bound<'_, PyAny>,
         desired_goal: &Bound<'_, PyAny>,
     ) -> Result<()> {
+        let Dims { observation: width, goal, .. } = self.dims;
         let start = StartData {
-            observation: &Numbers::take("observation", observation)?.to_double(),
-            achieved_goal: &Numbers::take("achieved_goal", achieved_goal)?.to_double(),
-            desired_goal: &Numbers::take("desired_goal", desired_goal)?.to_double(),
+            observation: &numbers("observation", observation, &[width])?,
+            achieved_goal: &numbers("achieved_goal", achieved_goal, &[goal])?,
+            desired_goal: &numbers("desired_goal", desired_goal, &[goal])?,
         };
         self.contents.lock(py)?.buffer.begin_episode(env_index.0, &start).map_err(Error::value)
     }
@@ -137,10 +171,11 @@ impl Buffer {
         terminated: bool,
         truncated: bool,
     ) -> Result<()> {
+        let Dims { observation: width, goal, action: action_len } = self.dims;
         let step = StepData {
-            action: &Numbers::take("action", action)?.to_double(),
-            next_observation: &Numbers::take("observation", next_observation)?.to_double(),
-            next_achieved_goal: &Numbers::take("achieved_goal", next_achieved_goal)?.to_double(),
+            action: &numbers("action", action, &[action_len])?,
+            next_observation: &numbers("observation", next_observation, &[width])?,
+            next_achieved_goal: &numbers("achieved_goal", next_achieved_goal, &[goal])?,
             reward,
             terminated,
             truncated,
@@ -164,7 +199,9 @@ impl Buffer {
         self.contents.lock(py)?.buffer.discard_episode(env_index.0).map_err(Error::value)
     }
 
-    /// Draws a batch: arrays with a row for each transition.
+    /// Draws a batch: arrays with a row for each transition. The new goals have the rewards of the
+    /// settings, or of a function of whole batches: achieved goals, desired goals and infos.
+    #[pyo3(signature = (batch_size, strategy, ratio, seed, reward = None))]
     fn sample<'py>(
         &self,
         py: Python<'py>,
@@ -172,6 +209,7 @@ impl Buffer {
         strategy: &str,
         ratio: f64,
         seed: Integer<u64>,
+        reward: Option<Py<PyAny>>,
     ) -> Result<Bound<'py, PyDict>> {
         let (Integer(batch_size), Integer(seed)) = (batch_size, seed);
         let strategy = match strategy {
@@ -190,7 +228,17 @@ impl Buffer {
         let sampler = Sampler::new(batch_size, strategy, ratio);
         let mut contents = self.contents.lock(py)?;
         let Contents { buffer, batch } = &mut *contents;
-        py.detach(|| sampler.sample(buffer, &self.reward, seed, batch)).map_err(Error::value)?;
+        let mut draw = |reward: &(dyn GoalReward + Sync)| {
+            let drawn = py.detach(|| sampler.sample(buffer, reward, seed, batch));
+            drawn.map_err(Error::value)
+        };
+        match &reward {
+            None => draw(&self.reward)?,
+            Some(function) => {
+                let own = OwnReward::new(function, self.reward);
+                draw(&own).map_err(|error| own.into_error().unwrap_or(error))?;
+            }
+        }
         let relabeled: Vec<bool> = batch.relabeled().collect();
         let columns = batch.take_columns();
         drop(contents);
@@ -230,8 +278,8 @@ impl Buffer {
         Ok(py.detach(|| buffer.save(path)).map_err(PyErr::from)?)
     }
 
-    /// Reads a file that `save` wrote.
-    fn load(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
+    /// Reads a file that `save` wrote, and returns whether it says what it holds.
+    fn load(&self, py: Python<'_>, path: PathBuf) -> Result<bool> {
         let read = py.detach(|| HerBuffer::load(path));
         self.take(
             py,
@@ -251,22 +299,69 @@ impl Buffer {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Reads bytes that `to_bytes` returned.
-    fn set_bytes(&self, py: Python<'_>, bytes: &[u8]) -> Result<()> {
+    /// Reads bytes that `to_bytes` returned, and returns whether they say what they hold.
+    fn set_bytes(&self, py: Python<'_>, bytes: &[u8]) -> Result<bool> {
         let read = py.detach(|| HerBuffer::read_from(bytes)).map_err(Error::value)?;
         self.take(py, read)
+    }
+
+    /// Raises an error if environments with these settings have transitions of another kind.
+    fn check_kind(&self, config: &Config) -> Result<()> {
+        self.check_transitions(&config.transitions())
+    }
+
+    /// The kind of transitions that it holds.
+    #[getter]
+    fn task(&self) -> &str {
+        &self.task
     }
 }
 
 impl Buffer {
-    /// Takes the contents of a buffer that was read.
-    fn take(&self, py: Python<'_>, read: HerBuffer<f32>) -> Result<()> {
-        let mut contents = self.contents.lock(py)?;
-        let (theirs, ours) = (read.config().dims(), contents.buffer.config().dims());
-        if theirs != ours {
-            return Err(Error::value(format!("the buffer has {theirs:?}, this one has {ours:?}")));
+    fn check_transitions(&self, theirs: &str) -> Result<()> {
+        let ours = &self.transitions;
+        if theirs == ours {
+            return Ok(());
         }
-        contents.buffer = read;
-        Ok(())
+        Err(Error::value(format!(
+            "the environments have transitions of another kind ({theirs}) than the buffer \
+             ({ours}): use a buffer that was made for them"
+        )))
+    }
+
+    /// Takes the contents of a buffer that was read, and returns whether it says what they are.
+    fn take(&self, py: Python<'_>, read: HerBuffer<f32>) -> Result<bool> {
+        let (theirs, ours) = (read.config(), &self.task);
+        let is_described = !theirs.task().is_empty();
+        if is_described && theirs.task() != ours {
+            return Err(Error::value(format!(
+                "the file holds transitions of another kind ({}) than the buffer ({ours}): load it \
+                 into a buffer that was made for them",
+                theirs.task(),
+            )));
+        }
+        if theirs.dims() != self.dims {
+            let (theirs, ours) = (theirs.dims(), self.dims);
+            return Err(Error::value(format!("the file has {theirs:?}, the buffer has {ours:?}")));
+        }
+        check_capacity(theirs.capacity(), self.episode_len)?;
+        self.contents.lock(py)?.buffer = read;
+        Ok(is_described)
+    }
+}
+
+/// Takes an array of this shape in double precision.
+fn numbers(name: &str, array: &Bound<'_, PyAny>, shape: &[usize]) -> Result<Vec<f64>> {
+    Ok(Numbers::of_shape(name, array, shape)?.to_double())
+}
+
+/// Checks that a whole episode fits: of a longer one, only the last steps would be kept.
+fn check_capacity(capacity: usize, episode_len: Option<usize>) -> Result<()> {
+    match episode_len.filter(|steps| capacity < *steps) {
+        None => Ok(()),
+        Some(steps) => Err(Error::value(format!(
+            "the capacity is {capacity} transitions, but an episode has up to {steps} steps: pass \
+             at least {steps}"
+        ))),
     }
 }

@@ -11,6 +11,7 @@ mod her;
 mod integer;
 mod learn;
 mod model;
+mod own_reward;
 mod pictures;
 mod policy;
 mod signals;

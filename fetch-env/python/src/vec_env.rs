@@ -30,7 +30,11 @@ type StepTuple<'py> =
 
 /// Many environments with a time limit. A call that simulates releases the interpreter.
 #[pyclass(frozen, module = "fetch_env._native")]
-pub(crate) struct VecEnv(Exclusive<Parts>);
+pub(crate) struct VecEnv {
+    parts: Exclusive<Parts>,
+    /// The kind of transitions; see [`Config::transitions`].
+    transitions: String,
+}
 
 /// The environments and their renderer.
 pub(crate) struct Parts {
@@ -41,6 +45,11 @@ pub(crate) struct Parts {
 
 #[pymethods]
 impl VecEnv {
+    /// Returns the kind of transitions.
+    pub(crate) fn transitions(&self) -> &str {
+        &self.transitions
+    }
+
     #[new]
     fn new(
         py: Python<'_>,
@@ -60,9 +69,9 @@ impl VecEnv {
         };
         let vec_config =
             VecConfig::default().with_num_threads(num_threads.0).with_autoreset(autoreset);
-        let config = config.config.clone();
+        let (transitions, config) = (config.transitions(), config.config.clone());
         let envs = simulate(py, || make_vec(config, num_envs.0, vec_config))?;
-        Ok(Self(Exclusive::new(Parts { envs: Some(envs), pictures })))
+        Ok(Self { parts: Exclusive::new(Parts { envs: Some(envs), pictures }), transitions })
     }
 
     #[getter]
@@ -205,7 +214,7 @@ impl VecEnv {
 impl VecEnv {
     /// Waits until no other thread uses the environments.
     pub(crate) fn lock(&self, py: Python<'_>) -> Result<Guard<'_, Parts>> {
-        self.0.lock(py)
+        self.parts.lock(py)
     }
 }
 

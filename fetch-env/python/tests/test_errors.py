@@ -107,9 +107,11 @@ def test_seeds_that_mean_nothing(push, seed):
     ("options", "message"),
     [
         ({"goal": [1.0, 1.0, 1.0]}, "desired_goal"),
-        ({"desired_goal": [1.0, 1.0]}, "2 elements: pass 3"),
+        ({"desired_goal": [1.0, 1.0]}, r"desired_goal has the shape \(2,\): pass \(3,\)"),
+        ({"desired_goal": [[1.0, 1.0, 0.5]]}, r"desired_goal has the shape \(1, 3\): pass"),
         ({"desired_goal": [1.0, 1.0, float("nan")]}, "index 2"),
-        ({"object_position": [1.0]}, "pass x and y"),
+        ({"object_position": [1.0]}, r"object_position has the shape \(1,\): pass \(2,\)"),
+        ({"object_position": [[1.3], [0.7]]}, r"object_position has the shape \(2, 1\)"),
     ],
 )
 def test_options_that_mean_nothing(push, options, message):
@@ -140,6 +142,12 @@ def test_goals_that_do_not_fit(push):
         push.compute_reward(*np.zeros((2, *[1] * 32, 3)))
     with pytest.raises(ValueError, match="same shape"):
         push.compute_reward(np.zeros((2, 3)), np.zeros(3))
+    for compute in (push.compute_reward, push.compute_terminated, push.compute_truncated):
+        for shape in ((3, 8), (6,), (2, 1), (), (0,)):
+            with pytest.raises(
+                ValueError, match=r"the goals have the shape .*: pass \(\.\.\., 3\)"
+            ):
+                compute(np.zeros(shape), np.zeros(shape))
     with pytest.raises(ValueError, match="NaN"):
         push.compute_reward(np.zeros(3), np.full(3, np.nan))
 

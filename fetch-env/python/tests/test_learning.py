@@ -6,7 +6,6 @@ import pickle
 import time
 
 import fetch_env
-import gymnasium
 import numpy as np
 import pytest
 
@@ -91,7 +90,7 @@ def test_a_buffer_is_kept(recorded, tmp_path, again):
     envs, buffer = recorded
     if again == "file":
         buffer.save(tmp_path / "buffer")
-        other = fetch_env.HerBuffer(envs, 1)
+        other = fetch_env.HerBuffer(envs, 50)
         other.load(tmp_path / "buffer")
     else:
         other = copy.deepcopy(buffer) if again == "deepcopy" else pickle.loads(pickle.dumps(buffer))
@@ -134,32 +133,11 @@ def test_an_episode_under_way_is_kept_and_can_be_discarded(push, actions, tmp_pa
         assert len(each) == 0
 
 
-class Halved(gymnasium.Wrapper):
-    """Halves the rewards."""
-
-    def compute_reward(self, achieved_goal, desired_goal, info):
-        return self.unwrapped.compute_reward(achieved_goal, desired_goal, info) / 2
-
-
-def test_a_buffer_takes_wrapped_environments_with_the_same_rewards(actions):
-    made = gymnasium.make("fetch_env/FetchPush-v4")
-    assert fetch_env.HerBuffer(made, 10).capacity == 10
-    envs = gymnasium.make_vec("fetch_env/FetchPush-v4", num_envs=2)
-    buffer = fetch_env.HerBuffer(gymnasium.wrappers.vector.RecordEpisodeStatistics(envs), 10)
-    envs.reset(seed=0)
-    buffer.record(envs)
-    envs.step(actions[:2])
-    buffer.record(envs)
-    assert buffer.unfinished_steps(env_index=1) == 1
-    with pytest.raises(ValueError, match="compute_reward"):
-        fetch_env.HerBuffer(Halved(made), 10)
-
-
 def test_what_a_buffer_refuses(recorded, tmp_path):
     _, buffer = recorded
     reach = fetch_env.FetchVectorEnv("FetchReach-v4", 2)
     reach.reset(seed=0)
-    with pytest.raises(ValueError, match="observation"):
+    with pytest.raises(ValueError, match=r"FetchReach-v4.* than the buffer .*FetchPush-v4"):
         buffer.record(reach)
     with pytest.raises(ValueError, match="future"):
         buffer.sample(8, strategy="past")

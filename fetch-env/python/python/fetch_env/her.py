@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
+import os
+import warnings
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import gymnasium
+import numpy as np
 
 from . import _native
 from .recorded import recorded_vector
-from .rewards import check_rewards
+from .rewards import GoalRewards, episode_len, own_rewards, refuse_own_rewards
 
 if TYPE_CHECKING:
-    import os
-
     from gymnasium.vector import VectorEnv
     from numpy.typing import ArrayLike, NDArray
 
     from .env import Observation
+    from .rewards import Reward
     from .settings import ConfigArguments
 
 GoalStrategy: TypeAlias = Literal["future", "final", "episode", "random"]
@@ -38,30 +40,58 @@ class HerBuffer:
             buffer.record(envs)
         batch = buffer.sample(256)
 
+    Its transitions are of one kind: of one task, reward, distance threshold, number of substeps and
+    model. Ranges of goals and objects may differ.
+
+    Relabelled transitions get the rewards of the environment's settings, or those of ``reward``;
+    the others keep their own. Several threads may use a buffer: their calls wait for each other.
+
     Args:
         env: The environment, one or many, that determines lengths and rewards; wrappers may be
             around it.
         capacity: Number of transitions; the oldest episodes make room for new ones.
+        reward: A function of achieved goals and desired goals, ``float32`` arrays of shape (N, 3),
+            and infos, a list of N empty dictionaries, that returns the N rewards of a whole batch.
+        seed: Fixes the sequence of batches that :meth:`sample` draws without a seed. By default it
+            comes from the system.
 
     Raises:
-        ValueError: If a wrapper or a subclass has a ``compute_reward`` of its own, or the capacity
-            is too small.
+        ValueError: If the environment, a wrapper or a subclass has rewards of its own and
+            ``reward`` is not given, or an episode is longer than the capacity.
     """
 
+    # What pickles without them had.
+    _reward: Reward | None = None
+    _episode_len: int | None = None
+
     def __init__(
-        self, env: gymnasium.Env[Any, Any] | VectorEnv[Any, Any, Any], capacity: int
+        self,
+        env: gymnasium.Env[Any, Any] | VectorEnv[Any, Any, Any],
+        capacity: int,
+        *,
+        reward: Reward | None = None,
+        seed: int | None = None,
     ) -> None:
         """Create an empty buffer; see the class."""
         inner: Any = env.unwrapped
-        if isinstance(env, gymnasium.Env):
-            num_envs, compute_reward = 1, env.get_wrapper_attr("compute_reward")
-        else:
-            num_envs, compute_reward = inner.num_envs, inner.compute_reward
+        if not isinstance(inner, GoalRewards):
+            message = f"{inner} is not a FetchEnv or a FetchVectorEnv: pass one, wrapped or not"
+            raise TypeError(message)
+        if reward is None:
+            refuse_own_rewards(own_rewards(env))
+        elif not callable(reward):
+            message = f"reward is {reward!r}: pass a function"
+            raise TypeError(message)
         self._make: ConfigArguments = inner.config_arguments()
-        config = _native.Config(**self._make)
-        check_rewards(config, compute_reward)
-        self._native = _native.Buffer(config, capacity, num_envs)
-        self._draws = 0
+        self._episode_len = episode_len(env)
+        self._reward = reward
+        self._seeds = Seeds(seed)
+        num_envs = 1 if isinstance(env, gymnasium.Env) else env.num_envs
+        self._native = self._empty(capacity, num_envs)
+
+    def _empty(self, capacity: int, num_envs: int) -> _native.Buffer:
+        config, has_own_reward = _native.Config(**self._make), self._reward is not None
+        return _native.Buffer(config, capacity, num_envs, self._episode_len, has_own_reward)
 
     def __len__(self) -> int:
         """Return the number of transitions of finished episodes."""
@@ -89,7 +119,8 @@ class HerBuffer:
                 ``DictInfoToList``.
 
         Raises:
-            ValueError: If this was recorded before, if results before it were not recorded, or if
+            ValueError: If the environments have transitions of another kind (see the class), if
+                this was recorded before, if results before it were not recorded, or if
                 it belongs to another episode than the one under way: that of other environments, of
                 a copy, or one that was loaded or begun by hand. Nothing is stored then; go on with
                 :meth:`resume`, or with a reset that is recorded.
@@ -195,7 +226,10 @@ class HerBuffer:
                 it, or any episode.
             k: Ratio of relabelled to original transitions: on average, ``k`` of every ``k + 1`` get
                 a new goal.
-            seed: Draws the same batch from the same contents. Without a seed, each call draws anew.
+            seed: Draws the same batch from the same contents. Without a seed, each call draws anew,
+                from the buffer's own sequence: that of its ``seed``, or one that no other buffer
+                has. A copy continues the sequence. In a forked process the sequence starts anew,
+                unless the buffer was made with a seed.
 
         Returns:
             New arrays with a row for each transition, which ``torch.from_numpy`` takes without a
@@ -207,8 +241,8 @@ class HerBuffer:
             message = f"k is {k}: pass a number from 0 on"
             raise ValueError(message)
         if seed is None:
-            seed, self._draws = self._draws, self._draws + 1
-        return self._native.sample(batch_size, strategy, k / (k + 1.0), seed)
+            seed = self._seeds.draw()
+        return self._native.sample(batch_size, strategy, k / (k + 1.0), seed, self._reward)
 
     def clear(self) -> None:
         """Remove all transitions."""
@@ -221,13 +255,17 @@ class HerBuffer:
     def load(self, path: str | os.PathLike[str]) -> None:
         """Replace the contents and the capacity with those that :meth:`save` wrote.
 
-        Call :meth:`resume` before recording on, or end or discard the episodes under way.
+        Call :meth:`resume` before recording on, or end or discard the episodes under way. A warning
+        says that a file does not tell what it holds, as those of Rust programs: then only lengths
+        are compared.
 
         Raises:
             OSError: If the file cannot be read.
-            ValueError: If it holds no buffer for such environments.
+            ValueError: If it holds no buffer, or transitions of another kind; see the class.
         """
-        self._native.load(path)
+        if not self._native.load(path):
+            message = f"{path} does not say what it holds: make sure that it is {self._native.task}"
+            warnings.warn(message, stacklevel=2)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what pickling and copying keep: all episodes, those under way included."""
@@ -239,6 +277,33 @@ class HerBuffer:
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Recreate the buffer with the episodes that it had."""
         capacity, num_envs, contents = state.pop("_native")
-        self.__dict__.update(state)
-        self._native = _native.Buffer(_native.Config(**self._make), capacity, num_envs)
+        self.__dict__.update({"_seeds": Seeds(None), **state})
+        self._native = self._empty(capacity, num_envs)
         self._native.set_bytes(contents)
+
+
+class Seeds:
+    """A sequence of seeds, which copies continue."""
+
+    def __init__(self, seed: int | None) -> None:
+        """Begin it with a seed, or anywhere."""
+        self._is_fixed = seed is not None
+        self._generator = np.random.default_rng(seed)
+        self._process = os.getpid()
+
+    def draw(self) -> int:
+        """Return the next seed."""
+        if self._process != os.getpid():
+            # Parent and child must not draw the same batches by accident.
+            fresh = self._generator if self._is_fixed else np.random.default_rng()
+            self._generator, self._process = fresh, os.getpid()
+        return int(self._generator.integers(2**63))
+
+    def __getstate__(self) -> tuple[bool, np.random.Generator]:
+        """Return what copying keeps."""
+        return self._is_fixed, self._generator
+
+    def __setstate__(self, state: tuple[bool, np.random.Generator]) -> None:
+        """Continue the sequence in this process."""
+        self._is_fixed, self._generator = state
+        self._process = os.getpid()

@@ -2,36 +2,80 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import inspect
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
-
-from .spaces import GOAL_LEN
+import gymnasium
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
+    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from . import _native
     from .settings import ConfigArguments, Settings
 
 
-def check_rewards(config: _native.Config, compute_reward: Callable[..., Any]) -> None:
-    """Raise an error if an environment's own function gives other rewards than its settings.
+#: Called with the achieved goals, the desired goals and the infos of a whole batch: arrays of shape
+#: (N, 3), and a list of N empty dictionaries. Returns N rewards.
+Reward: TypeAlias = "Callable[[Any, Any, Any], ArrayLike]"
+
+#: The attribute of Gymnasium's ``TimeLimit``, and of vectors.
+TIME_LIMIT = "_max_episode_steps"
+
+#: Wrappers of Gymnasium that change rewards without a ``compute_reward``.
+_REWARD_WRAPPERS = (
+    gymnasium.RewardWrapper,
+    gymnasium.vector.VectorRewardWrapper,
+    gymnasium.wrappers.NormalizeReward,
+    gymnasium.wrappers.vector.NormalizeReward,
+)
+
+
+class _ChangesRewards(type):
+    def __instancecheck__(cls, wrapper: object) -> bool:
+        own = inspect.getattr_static(wrapper, "compute_reward", None)
+        return own is not None or isinstance(wrapper, _REWARD_WRAPPERS)
+
+
+class ChangesRewards(metaclass=_ChangesRewards):
+    """A wrapper with rewards of its own, as ``isinstance`` tells in any process."""
+
+
+def own_rewards(env: Any) -> str | None:
+    """Name what gives an environment, or a vector, other rewards than its settings."""
+    *wrappers, inner = layers(env)
+    changing = (
+        type(wrapper).__name__ for wrapper in wrappers if isinstance(wrapper, ChangesRewards)
+    )
+    return next(changing, None) or inner.own_rewards()
+
+
+def episode_len(env: Any) -> int | None:
+    """Return the number of steps after which episodes are cut off; ``None`` without a limit."""
+    limits = (getattr(layer, TIME_LIMIT, None) for layer in layers(env))
+    return min((steps for steps in limits if steps is not None), default=None)
+
+
+def layers(env: Any) -> Iterator[Any]:
+    """Return the wrappers around an environment or a vector, from the outside, and it itself."""
+    while env is not env.unwrapped:
+        yield env
+        env = env.env
+    yield env
+
+
+def refuse_own_rewards(name: str | None) -> None:
+    """Raise an error if an environment has other rewards than its settings.
 
     Relabeling computes the rewards of the settings, and would not notice.
     """
-    threshold = config.distance_threshold
-    desired = np.zeros((4, GOAL_LEN))
-    achieved = desired.copy()
-    achieved[:, 0] = 0.0, 0.9 * threshold, 1.1 * threshold, threshold + 1.0
-    expected = config.compute_reward(achieved, desired)
-    rewards = compute_reward(achieved, desired, [{}] * len(desired))
-    if not np.allclose(rewards, expected):
+    if name is not None:
         message = (
-            f"compute_reward of the environment returns {rewards}, and the buffer would relabel "
-            f"with {expected}, the rewards of its settings: use a buffer that calls compute_reward"
+            f"{name} has rewards of its own, and the buffer would relabel with those of the "
+            "settings: pass reward=, a function of achieved goals, desired goals and infos that "
+            "computes a whole batch, such as the environment's compute_reward"
         )
         raise ValueError(message)
 
@@ -46,6 +90,15 @@ class GoalRewards:
     def config_arguments(self) -> ConfigArguments:
         """Return the arguments from which the settings can be made again."""
         return {"env_id": self._env_id, **self._settings}
+
+    def own_rewards(self) -> str | None:
+        """Name the class if ``compute_reward`` is not the package's; for replay buffers."""
+        method = self.compute_reward
+        is_ours = (
+            getattr(method, "__func__", None) is _COMPUTE_REWARD
+            and getattr(method, "__self__", None) is self
+        )
+        return None if is_ours else type(self).__name__
 
     def compute_reward(
         self,
@@ -88,3 +141,7 @@ class GoalRewards:
         """Tell whether steps with these goals would cut the episode off: never."""
         del info
         return self._config.compute_truncated(achieved_goal, desired_goal)
+
+
+#: The function with which relabeled rewards agree, whatever replaces it later.
+_COMPUTE_REWARD = GoalRewards.compute_reward

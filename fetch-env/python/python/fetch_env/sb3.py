@@ -6,7 +6,12 @@
     from fetch_env.sb3 import FetchVecEnv, HerReplayBuffer
 
     env = FetchVecEnv("FetchReach-v4", 4)
-    model = SAC("MultiInputPolicy", env, replay_buffer_class=HerReplayBuffer)
+    model = SAC(
+        "MultiInputPolicy",
+        env,
+        replay_buffer_class=HerReplayBuffer,
+        learning_starts=200,  # by then, the first episodes of the four have ended
+    )
     model.learn(20_000)
 """
 
@@ -23,7 +28,7 @@ from stable_baselines3.her import GoalSelectionStrategy
 from stable_baselines3.her import HerReplayBuffer as TheirHerReplayBuffer
 
 from . import _native
-from .rewards import check_rewards
+from .rewards import TIME_LIMIT, ChangesRewards, refuse_own_rewards
 from .vector import FetchVectorEnv
 
 if TYPE_CHECKING:
@@ -35,6 +40,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from .env import Observation
+    from .rewards import Reward
     from .settings import Settings
 
 GOAL_PARTS = ("observation", "achieved_goal", "desired_goal")
@@ -150,10 +156,20 @@ class HerReplayBuffer(TheirHerReplayBuffer):
     drawn from once they end. Saving keeps those that are under way, and ``load_replay_buffer`` ends
     them.
 
+    Relabelled transitions get the rewards of the environment's settings, or those of ``reward`` in
+    ``replay_buffer_kwargs``: a function of achieved goals and desired goals, ``float32`` arrays of
+    shape (N, 3), and infos, a list of N empty dictionaries, that returns the N rewards of a whole
+    batch. The others keep their own.
+
     Raises:
-        ValueError: If a wrapper or a subclass has a ``compute_reward`` of its own: relabeling
-            computes the rewards of the environment's settings.
+        ValueError: If an environment, a wrapper or a subclass has rewards of its own and ``reward``
+            is not given, an episode is longer than the buffer, or the buffer is given environments
+            with transitions of another kind (see :class:`fetch_env.HerBuffer`).
     """
+
+    # What pickles without them had.
+    _reward: Reward | None = None
+    _episode_len: int | None = None
 
     def __init__(  # noqa: PLR0913, PLR0917
         self,
@@ -168,9 +184,16 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         n_sampled_goal: int = 4,
         goal_selection_strategy: GoalSelectionStrategy | str = "future",
         copy_info_dict: bool = False,  # noqa: FBT001, FBT002
+        reward: Reward | None = None,
     ) -> None:
         """Create an empty buffer; see the class."""
-        del optimize_memory_usage, copy_info_dict
+        del optimize_memory_usage
+        if copy_info_dict:
+            message = (
+                "copy_info_dict=True asks for infos, which this buffer does not store: pass "
+                "reward=, a function of the goals, or use Stable-Baselines3's HerReplayBuffer"
+            )
+            raise ValueError(message)
         BaseBuffer.__init__(self, buffer_size, observation_space, action_space, device, n_envs)
         self.env = env
         self.handle_timeout_termination = handle_timeout_termination
@@ -179,16 +202,41 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         if not isinstance(goal_selection_strategy, str):
             goal_selection_strategy = goal_selection_strategy.name
         self._strategy = goal_selection_strategy.lower()
+        self._reward = reward
+        if not env.has_attr("config_arguments"):
+            message = "the environments are not FetchEnv: use Stable-Baselines3's HerReplayBuffer"
+            raise TypeError(message)
+        if reward is None:
+            if any(env.env_is_wrapped(ChangesRewards)):  # type: ignore[arg-type]
+                refuse_own_rewards("a wrapper")
+            for name in env.env_method("own_rewards"):
+                refuse_own_rewards(name)
+        elif not callable(reward):
+            message = f"reward is {reward!r}: pass a function"
+            raise TypeError(message)
         self._make = env.env_method("config_arguments", indices=[0])[0]
-
-        def compute_reward(*goals: object) -> Any:
-            return env.env_method("compute_reward", *goals, indices=[0])[0]
-
-        check_rewards(_native.Config(**self._make), compute_reward)
+        self._episode_len = max(env.get_attr(TIME_LIMIT)) if env.has_attr(TIME_LIMIT) else None
         self._native = self._empty()
+        self._check_kind(env)
+
+    def _check_kind(self, env: VecEnv) -> None:
+        for settings in env.env_method("config_arguments"):
+            self._native.check_kind(_native.Config(**settings))
 
     def _empty(self) -> _native.Buffer:
-        return _native.Buffer(_native.Config(**self._make), self.buffer_size, self.n_envs)
+        self._config, has_own_reward = _native.Config(**self._make), self._reward is not None
+        return _native.Buffer(
+            self._config, self.buffer_size, self.n_envs, self._episode_len, has_own_reward
+        )
+
+    def set_env(self, env: VecEnv) -> None:
+        """Go on with an environment, after the buffer was loaded.
+
+        Raises:
+            ValueError: If it has transitions of another kind; see :class:`fetch_env.HerBuffer`.
+        """
+        self._check_kind(env)
+        super().set_env(env)
 
     def add(  # type: ignore[override]  # noqa: PLR0913, PLR0917
         self,
@@ -199,7 +247,15 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         done: NDArray[np.bool_],
         infos: list[dict[str, Any]],
     ) -> None:
-        """Store a step of each environment."""
+        """Store a step of each environment.
+
+        Raises:
+            ValueError: If a reward is not that of the environment's settings, as a wrapper gives,
+                and there is no ``reward`` to relabel with.
+        """
+        if self._reward is None:
+            goals = next_obs["achieved_goal"], next_obs["desired_goal"]
+            self._config.check_rewards(*goals, reward)
         for env_index, info in enumerate(infos):
             if self._native.unfinished_steps(env_index) is None:
                 start = (obs[part][env_index] for part in GOAL_PARTS)
@@ -218,9 +274,20 @@ class HerReplayBuffer(TheirHerReplayBuffer):
     def sample(  # type: ignore[override]
         self, batch_size: int, env: VecNormalize | None = None
     ) -> DictReplayBufferSamples:
-        """Draw a batch."""
+        """Draw a batch.
+
+        Raises:
+            ValueError: If no episode has ended yet.
+        """
+        if not self.size():
+            message = (
+                "no episode has ended yet, and only ended ones are drawn from: set learning_starts "
+                f"to at least {self.n_envs * (self._episode_len or 1)}, the steps that "
+                f"{self.n_envs} episodes take"
+            )
+            raise ValueError(message)
         seed = int(np.random.randint(2**63))  # noqa: NPY002
-        batch = self._native.sample(batch_size, self._strategy, self.her_ratio, seed)
+        batch = self._native.sample(batch_size, self._strategy, self.her_ratio, seed, self._reward)
         goal = batch["desired_goal"]
         now = {part: batch[part] for part in ("achieved_goal", "observation")}
         after = {part: batch[f"next_{part}"] for part in ("achieved_goal", "observation")}
@@ -263,7 +330,9 @@ class HerReplayBuffer(TheirHerReplayBuffer):
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what pickling keeps: everything but the environment."""
-        return {**super().__getstate__(), "_native": self._native.to_bytes()}
+        state = {**super().__getstate__(), "_native": self._native.to_bytes()}
+        state.pop("_config")
+        return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Recreate the buffer; ``set_env`` is not needed to draw from it."""

@@ -14,6 +14,7 @@ from . import _native, spaces
 from .attributes import Attribute, Attributes, constant
 from .env import FetchEnv, Observation, generator, seed_of
 from .made import MadeFromSettings
+from .rewards import TIME_LIMIT
 from .settings import make_config
 
 if TYPE_CHECKING:
@@ -34,8 +35,10 @@ COMMON = {
     "config_arguments": "config_arguments",
     "metadata": "metadata",
     "observation_space": "single_observation_space",
+    "own_rewards": "own_rewards",
     "render_mode": "render_mode",
     "spec": "spec",
+    TIME_LIMIT: TIME_LIMIT,
     **{name: name for name, value in vars(Attributes).items() if isinstance(value, Attribute)},
 }
 
