@@ -69,7 +69,14 @@ fn compile(Found { include, library }: &Found) {
     // The folder, because packages unpack headers with the time stamps of their release.
     println!("cargo::rerun-if-changed={}", include.join("mujoco").display());
     let os = env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
-    cc::Build::new()
+    let mut build = cc::Build::new();
+    if os != "windows" {
+        // A C++ exception of MuJoCo's that searches the stack for a handler stops here, and ends
+        // the process. Rust's handlers must not see it: a library that brings its own C++ runtime,
+        // as MuJoCo's wheels do, would call them with data of another layout.
+        build.flag("-fno-asynchronous-unwind-tables").flag("-fno-unwind-tables");
+    }
+    build
         .files(sources(&os).map(|name| format!("shim/{name}.c")))
         .include(include)
         .std("gnu11")

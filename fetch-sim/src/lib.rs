@@ -91,6 +91,9 @@
 //! takes up to 96 KiB of it, and ends the process if there is less. Threads of the standard library
 //! have 2 MiB unless they ask for less. Compiling your own model may need a larger stack.
 //!
+//! A process may fork at any time. The fork waits while another thread loads MuJoCo or compiles a
+//! model, and the child can do both.
+//!
 //! # Finding MuJoCo
 //! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that
 //! `MUJOCO_DIR` names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so`,

@@ -58,6 +58,11 @@ impl Model {
     /// uses: a process with another copy of the same version must let this crate use that one
     /// (`MUJOCO_DIR`).
     ///
+    /// If memory runs out, that is an error where MuJoCo asks C for it, as for the finished model.
+    /// Where C++ asks, as for parts of a model that is being read, MuJoCo throws an exception,
+    /// which ends the process by `abort`: no code outside of a library that has its own C++ runtime
+    /// can catch it.
+    ///
     /// A mesh without a thickness is an error, about which Qhull, a part of MuJoCo, also writes to
     /// standard error.
     ///
