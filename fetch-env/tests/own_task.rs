@@ -1,14 +1,14 @@
 //! A user's own task and reward: goals of another length, and more to observe.
 
-use std::error::Error;
+use std::{cell::Cell, error::Error};
 
 use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
 use fetch_env::goal_reward::goal_distance;
 use fetch_env::vec_env::VecConfig;
 use fetch_env::{
-    Env, EnvError, FetchConfig, FetchEnv, FetchResetOptions, FetchTask, GoalEnvExt,
+    DistanceReward, Env, EnvError, FetchConfig, FetchEnv, FetchResetOptions, FetchTask, GoalEnvExt,
     GoalObservation, GoalReward, KinematicEnv, KinematicSimulator, MakeError, NpRandom, RewardKind,
-    Simulator, SnapshotEnv, Task, VecEnv, make_kinematic,
+    SimConfig, SimError, Simulator, SnapshotEnv, Task, VecEnv, make_kinematic,
 };
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
@@ -140,29 +140,109 @@ fn a_snapshot_of_goals_of_another_length_is_refused() -> Result {
     Ok(())
 }
 
-#[test]
-fn a_task_without_goals_is_refused() {
-    #[derive(Clone, Debug)]
-    struct Nothing;
-    impl<S: Simulator> FetchTask<S> for Nothing {
-        fn goal_len(&self) -> usize {
-            0
-        }
-        fn begin_episode(
-            &self,
-            _: &FetchConfig,
-            _: &mut S,
-            _: &mut NpRandom,
-            _: &mut [f64],
-        ) -> Result<(), EnvError> {
-            Ok(())
-        }
-        fn achieved_goal(&self, _: &S, _: &mut [f64]) -> Result<(), EnvError> {
-            Ok(())
-        }
+/// A task that says and does what a test asks.
+#[derive(Clone, Debug)]
+struct Odd {
+    goal_len: fn() -> usize,
+    extra_len: fn() -> usize,
+    begin_episode: fn(&mut KinematicSimulator, &mut [f64]),
+}
+
+/// A task that does nothing.
+const NOTHING: Odd = Odd { goal_len: || 3, extra_len: || 0, begin_episode: |_, _| () };
+
+impl FetchTask<KinematicSimulator> for Odd {
+    fn goal_len(&self) -> usize {
+        (self.goal_len)()
     }
-    let env = make_kinematic("FetchReach-v4").expect("an id").into_inner();
-    assert!(matches!(env.with_task(Nothing), Err(MakeError::EmptyGoal)));
+    fn extra_len(&self) -> usize {
+        (self.extra_len)()
+    }
+    fn begin_episode(
+        &self,
+        _: &FetchConfig,
+        simulator: &mut KinematicSimulator,
+        _: &mut NpRandom,
+        goal: &mut [f64],
+    ) -> Result<(), EnvError> {
+        (self.begin_episode)(simulator, goal);
+        Ok(())
+    }
+    fn achieved_goal(&self, _: &KinematicSimulator, _: &mut [f64]) -> Result<(), EnvError> {
+        Ok(())
+    }
+}
+
+impl Odd {
+    fn env(self) -> Result<FetchEnv<KinematicSimulator, DistanceReward, Self>, MakeError> {
+        make_kinematic("FetchReach-v4")?.into_inner().with_task(self)
+    }
+}
+
+#[test]
+fn a_task_without_goals_or_with_too_many_elements_is_refused() {
+    let refused = Odd { goal_len: || 0, ..NOTHING }.env();
+    assert!(matches!(refused, Err(MakeError::EmptyGoal)));
+    let all = || usize::MAX;
+    for task in [Odd { goal_len: all, ..NOTHING }, Odd { extra_len: all, ..NOTHING }] {
+        let refused = task.env().map(drop);
+        assert!(matches!(refused, Err(MakeError::Space(_))), "{refused:?}");
+    }
+}
+
+#[test]
+fn a_task_is_asked_for_its_lengths_once() -> Result {
+    /// Returns 3, and afterwards a length for which there is no memory.
+    fn at_first() -> usize {
+        thread_local!(static ASKED: Cell<bool> = const { Cell::new(false) });
+        if ASKED.replace(true) { usize::MAX } else { 3 }
+    }
+    for task in [Odd { goal_len: at_first, ..NOTHING }, Odd { extra_len: at_first, ..NOTHING }] {
+        // Each thread is asked anew.
+        let run = || -> Result<(), EnvError> {
+            let mut env = task.env()?;
+            env.reset(Some(0))?;
+            env.step(&[0.0; 4])?;
+            let snapshot = env.snapshot();
+            env.restore(&snapshot)
+        };
+        std::thread::scope(|scope| scope.spawn(run).join().expect("no panic"))?;
+    }
+    Ok(())
+}
+
+#[test]
+fn a_goal_that_a_snapshot_refuses_is_refused_by_the_reset() -> Result {
+    let bad: [fn(&mut KinematicSimulator, &mut [f64]); 4] = [
+        |_, goal| goal[0] = f64::NAN,
+        |_, goal| goal[1] = 1e308,
+        |_, goal| goal[2] = -1.1e10,
+        |_, goal| goal.fill(f64::NEG_INFINITY),
+    ];
+    for begin_episode in bad {
+        let mut env = Odd { begin_episode, ..NOTHING }.env()?;
+        let refused = env.reset(Some(0)).expect_err("a bad goal");
+        let reason = refused.downcast_ref();
+        assert!(matches!(reason, Some(SimError::OutOfRange { .. })), "{refused}");
+        assert_eq!(env.step(&[0.0; 4]), Err(EnvError::ResetNeeded));
+        // The caller's goal replaces it.
+        env.reset_with(None, &FetchResetOptions::default().with_desired_goal([1.0; 3]))?;
+    }
+    let mut env = Odd { begin_episode: |_, goal| goal.fill(1e10), ..NOTHING }.env()?;
+    env.reset(Some(0))?;
+    let snapshot = env.snapshot();
+    Ok(env.restore(&snapshot)?)
+}
+
+#[test]
+fn a_task_that_exchanges_the_simulator_is_refused() -> Result {
+    let begin_episode = |simulator: &mut KinematicSimulator, _: &mut [f64]| {
+        *simulator = KinematicSimulator::new(&SimConfig::new(Task::Slide));
+    };
+    let refused = Odd { begin_episode, ..NOTHING }.env()?.reset(Some(0)).expect_err("Slide");
+    let reason = refused.downcast_ref();
+    assert!(matches!(reason, Some(MakeError::SimulatorMismatch { .. })), "{refused}");
+    Ok(())
 }
 
 /// A task that cannot see what it needs.

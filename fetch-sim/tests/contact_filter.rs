@@ -63,7 +63,7 @@ fn place(data: &mut Data, scene: &Scene) {
 
 /// Returns everything that follows from the poses of the bodies.
 fn outcome(data: &Data) -> (Vec<f64>, Vec<f64>, usize) {
-    let contacts = data.contacts().len();
+    let contacts = data.contacts().count();
     (data.qpos().to_vec(), data.qvel().to_vec(), contacts)
 }
 

@@ -56,7 +56,7 @@ impl<S: Simulator, R, T: FetchTask<S>> FetchEnv<S, R, T> {
     /// [`EnvError::OptionOutside`] as in a reset; then nothing has changed.
     pub fn set_desired_goal(&mut self, meters: &[f64]) -> Result<(), EnvError> {
         let options = FetchResetOptions::default().with_desired_goal(meters);
-        options.check(self.config.task(), self.task.goal_len())?;
+        options.check(self.config.task(), self.lengths.goal)?;
         *self.goal.as_mut().ok_or(EnvError::ResetNeeded)? = Goal::from_slice(meters);
         Ok(())
     }

@@ -8,7 +8,7 @@ use goal_reward::{DistanceReward, GoalReward, Symmetry, goal_distance};
 use super::action::{ACTION_LEN, Precision, control};
 use super::config::FetchConfig;
 use super::error::MakeError;
-use super::observation::{FetchObservation, Goal, observation_space};
+use super::observation::{FetchObservation, Goal, Lengths, check_goal, observation_space};
 use super::reset::{FetchResetOptions, draw_object_position};
 use super::task::FetchTask;
 use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
@@ -42,6 +42,7 @@ pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     pub(super) symmetries: Vec<Symmetry>,
     action_space: BoxSpace<f32>,
     observation_space: Space,
+    pub(super) lengths: Lengths,
     /// `None` until the first reset.
     pub(super) random: Option<NpRandom>,
     /// `None` until a reset.
@@ -55,26 +56,14 @@ impl<S: Simulator> FetchEnv<S> {
     /// # Errors
     /// [`MakeError::SimulatorMismatch`] if the simulator was made from other settings.
     pub fn new(config: FetchConfig, simulator: S) -> Result<Self, MakeError> {
-        let settled = simulator.settled();
-        let mismatch = |reason| Err(MakeError::SimulatorMismatch { reason });
-        let (task, theirs) = (config.task(), simulator.task());
-        if theirs != task {
-            return mismatch(format!("it simulates {theirs}, the task is {task}"));
-        }
-        let (period, theirs) = (config.control_period(), simulator.control_period());
-        if theirs != period {
-            return mismatch(format!(
-                "its steps last {theirs} s, they should last {period} s, with the model's time step \
-                 at 0.002 s"
-            ));
-        }
-        if settled.object_height.is_some() != task.has_object() {
-            return mismatch(format!("the object's settled height is {:?}", settled.object_height));
-        }
+        check_simulator(&config, &simulator)?;
+        let task = config.task();
+        let lengths = Lengths::of::<S>(&task);
         Ok(Self {
             reward: config.distance_reward(),
             action_space: BoxSpace::uniform(vec![ACTION_LEN], -1.0, 1.0)?,
-            observation_space: observation_space::<S>(&config, &task)?,
+            observation_space: observation_space(&config, lengths)?,
+            lengths,
             config,
             task,
             simulator,
@@ -84,6 +73,27 @@ impl<S: Simulator> FetchEnv<S> {
         }
         .with_own_symmetries())
     }
+}
+
+/// Checks that a simulator has been made from these settings, as far as it shows.
+fn check_simulator<S: Simulator>(config: &FetchConfig, simulator: &S) -> Result<(), MakeError> {
+    let settled = simulator.settled();
+    let mismatch = |reason| Err(MakeError::SimulatorMismatch { reason });
+    let (task, theirs) = (config.task(), simulator.task());
+    if theirs != task {
+        return mismatch(format!("it simulates {theirs}, the task is {task}"));
+    }
+    let (period, theirs) = (config.control_period(), simulator.control_period());
+    if theirs != period {
+        return mismatch(format!(
+            "its steps last {theirs} s, they should last {period} s, with the model's time step \
+             at 0.002 s"
+        ));
+    }
+    if settled.object_height.is_some() != task.has_object() {
+        return mismatch(format!("the object's settled height is {:?}", settled.object_height));
+    }
+    Ok(())
 }
 
 impl<S, R, T> FetchEnv<S, R, T> {
@@ -115,18 +125,17 @@ impl<S, R, T> FetchEnv<S, R, T> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn with_goal_reward<Q: GoalReward>(self, reward: Q) -> FetchEnv<S, Q, T> {
-        let Self { config, task, simulator, action_space, observation_space, random, goal, .. } =
-            self;
         FetchEnv {
-            config,
+            config: self.config,
             reward,
-            task,
-            simulator,
+            task: self.task,
+            simulator: self.simulator,
             symmetries: Vec::new(),
-            action_space,
-            observation_space,
-            random,
-            goal,
+            action_space: self.action_space,
+            observation_space: self.observation_space,
+            lengths: self.lengths,
+            random: self.random,
+            goal: self.goal,
         }
     }
 
@@ -135,13 +144,15 @@ impl<S, R, T> FetchEnv<S, R, T> {
     /// [`with_symmetries`](Self::with_symmetries) sets those of the new task.
     ///
     /// # Errors
-    /// [`MakeError::EmptyGoal`] if goals have no elements.
+    /// [`MakeError::EmptyGoal`] if goals have no elements, [`MakeError::Space`] if they or the extra
+    /// elements are too many for a space.
     pub fn with_task<U: FetchTask<S>>(self, task: U) -> Result<FetchEnv<S, R, U>, MakeError>
     where
         S: Simulator,
     {
         let Self { config, reward, simulator, action_space, random, .. } = self;
-        let observation_space = observation_space(&config, &task)?;
+        let lengths = Lengths::of(&task);
+        let observation_space = observation_space(&config, lengths)?;
         let goal = None;
         Ok(FetchEnv {
             config,
@@ -151,6 +162,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             symmetries: Vec::new(),
             action_space,
             observation_space,
+            lengths,
             random,
             goal,
         })
@@ -220,7 +232,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         let period = simulator.control_period();
         let mut observation = FetchObservation::new(&gripper, object.as_ref(), period);
         task.achieved_goal(simulator, observation.set_goals(goal))?;
-        task.observe_extra(simulator, observation.add_extra(task.extra_len()))?;
+        task.observe_extra(simulator, observation.add_extra(self.lengths.extra))?;
         Ok(observation)
     }
 
@@ -239,11 +251,14 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         let draw = |range| draw_object_position(range, gripper, random);
         let drawn = self.config.object_range().map(draw);
         self.simulator.reset(options.object_position().or(drawn))?;
-        let mut goal = Goal::from_elem(0.0, self.task.goal_len());
+        let mut goal = Goal::from_elem(0.0, self.lengths.goal);
         self.task.begin_episode(&self.config, &mut self.simulator, random, &mut goal)?;
         if let Some(desired_goal) = options.desired_goal() {
             goal.copy_from_slice(desired_goal);
         }
+        // A task may do anything with the simulator that it borrows, and write any goal.
+        check_simulator(&self.config, &self.simulator)?;
+        check_goal(&goal)?;
         Ok(goal)
     }
 
@@ -300,7 +315,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> Env for FetchEnv<S, R, T> {
         seed: Option<u64>,
         options: &FetchResetOptions,
     ) -> Result<Reset<FetchObservation, Info>, EnvError> {
-        options.check(self.config.task(), self.task.goal_len())?;
+        options.check(self.config.task(), self.lengths.goal)?;
         let mut random = match (seed, &self.random) {
             (Some(seed), _) => NpRandom::new(seed),
             (None, Some(random)) => random.clone(),

@@ -81,8 +81,8 @@ impl FetchEnv<MujocoSimulator> {
 /// ```
 ///
 /// # Errors
-/// As [`make`], and [`MakeError::Vec`] if `num_envs` is 0 or exceeds 65,536, or if a thread cannot
-/// be started.
+/// As [`make`], and [`MakeError::Vec`] if `num_envs` is 0 or exceeds 65,536, if there would be more
+/// than 1,024 threads, or if one cannot be started.
 pub fn make_vec(
     config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
     num_envs: usize,
@@ -90,7 +90,7 @@ pub fn make_vec(
 ) -> Result<VecEnv<MujocoEnv>, MakeError> {
     check_num_envs(num_envs)?;
     let config = &config.try_into().map_err(Into::into)?;
-    let threads = vec_config.threads_for(num_envs);
+    let threads = vec_config.threads_for(num_envs)?;
     // Keeps the model alive until every environment shares it.
     let _model = shared_model(config.sim())?;
     // Most of the time goes into memory, which each thread allocates for its own environments.

@@ -1,6 +1,6 @@
 //! Observations of a Fetch environment.
 
-use fetch_sim::{GripperState, ObjectState, Simulator, Task};
+use fetch_sim::{GripperState, LARGEST_NUMBER, ObjectState, SimError, Simulator, Task};
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
@@ -19,6 +19,28 @@ const OBJECT_LEN: usize = OBJECT[OBJECT.len() - 1].range.end;
 
 /// A goal, stored inline up to eight elements so that an observation needs no allocation.
 pub(super) type Goal = SmallVec<[f64; 8]>;
+
+/// Checks the numbers of an episode's goal, whether a task or a snapshot has set it.
+pub(super) fn check_goal(goal: &[f64]) -> Result<(), SimError> {
+    let (least, most) = (-LARGEST_NUMBER, LARGEST_NUMBER);
+    let outside = goal.iter().copied().find(|number| !(least..=most).contains(number));
+    outside.map_or(Ok(()), |value| {
+        Err(SimError::OutOfRange { what: "an element of the goal", value, least, most })
+    })
+}
+
+/// The numbers of elements that a task says it writes, when it is set.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lengths {
+    pub(super) goal: usize,
+    pub(super) extra: usize,
+}
+
+impl Lengths {
+    pub(super) fn of<S: Simulator>(task: &impl FetchTask<S>) -> Self {
+        Self { goal: task.goal_len(), extra: task.extra_len() }
+    }
+}
 
 /// Observation of a Fetch environment.
 ///
@@ -174,18 +196,18 @@ impl FetchObservation {
 }
 
 /// Returns the observation space of a task.
-pub(super) fn observation_space<S: Simulator>(
+pub(super) fn observation_space(
     config: &FetchConfig,
-    task: &impl FetchTask<S>,
+    lengths: Lengths,
 ) -> Result<Space, MakeError> {
-    if task.goal_len() == 0 {
+    if lengths.goal == 0 {
         return Err(MakeError::EmptyGoal);
     }
     let vector = |len| BoxSpace::<f64>::unbounded(len).map(Space::from);
-    let len = FetchObservation::len_of(config.task()) + task.extra_len();
+    let len = FetchObservation::len_of(config.task()).saturating_add(lengths.extra);
     let space = DictSpace::new([
-        ("achieved_goal", vector(task.goal_len())?),
-        ("desired_goal", vector(task.goal_len())?),
+        ("achieved_goal", vector(lengths.goal)?),
+        ("desired_goal", vector(lengths.goal)?),
         ("observation", vector(len)?),
     ])?;
     Ok(space.into())

@@ -1,10 +1,10 @@
 //! Snapshots of a Fetch environment.
 
-use fetch_sim::{LARGEST_NUMBER, SimConfig, Simulator, Substeps};
+use fetch_sim::{SimConfig, Simulator, Substeps};
 use goal_reward::GoalReward;
 use serde::{Deserialize, Serialize};
 
-use super::observation::{FetchObservation, Goal};
+use super::observation::{FetchObservation, Goal, check_goal};
 use super::{env::FetchEnv, task::FetchTask};
 use crate::gym::{env::SnapshotEnv, error::EnvError, np_random::NpRandom};
 
@@ -47,11 +47,11 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
             return foreign(format!("it was taken with {theirs} substeps, this has {ours}"));
         }
         if let Some(goal) = &snapshot.goal {
-            let (theirs, ours) = (goal.len(), self.task.goal_len());
+            let (theirs, ours) = (goal.len(), self.lengths.goal);
             if theirs != ours {
                 return foreign(format!("its goal has {theirs} elements, this one's has {ours}"));
             }
-            if !goal.iter().all(|number| number.abs() <= LARGEST_NUMBER) {
+            if check_goal(goal).is_err() {
                 return foreign(format!("its goal is {goal:?}"));
             }
             if snapshot.random.is_none() {

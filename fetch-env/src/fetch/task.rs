@@ -61,11 +61,12 @@ use crate::gym::{error::EnvError, np_random::NpRandom};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait FetchTask<S: Simulator> {
-    /// Returns the number of elements of a goal, at least 1.
+    /// Returns the number of elements of a goal, at least 1. Environments ask once, when the task is
+    /// set.
     fn goal_len(&self) -> usize;
 
     /// Returns the number of elements that [`observe_extra`](Self::observe_extra) writes: 0 by
-    /// default.
+    /// default. Environments ask once, when the task is set.
     fn extra_len(&self) -> usize {
         0
     }
@@ -74,7 +75,8 @@ pub trait FetchTask<S: Simulator> {
     ///
     /// The simulator has just been reset, with the object's start drawn as the
     /// [configuration](FetchConfig::object_range) says. Draw all random numbers from `random`,
-    /// which the seed determines.
+    /// which the seed determines. The goal's elements must be numbers of at most
+    /// [`LARGEST_NUMBER`](fetch_sim::LARGEST_NUMBER); the reset returns an error for others.
     ///
     /// # Errors
     /// Any [`EnvError`], which the reset then returns.

@@ -5,7 +5,10 @@ use std::{
     thread::{self, ThreadId},
 };
 
-use fetch_env::{FetchResetOptions, vec_env::AutoresetMode, vec_env::VecConfig};
+use fetch_env::{
+    FetchResetOptions, make_kinematic,
+    vec_env::{AutoresetMode, VecConfig, VecEnv, VecEnvError},
+};
 
 use crate::common::{Result, actions, rows, vec_env};
 
@@ -36,6 +39,29 @@ fn one_thread_is_the_callers() -> Result {
     let threads = threads_of_autoresets(2)?;
     assert!(threads.len() >= 3 && !threads.contains(&caller), "{threads:?}");
     Ok(())
+}
+
+#[test]
+fn more_threads_than_any_machine_has_are_refused_before_they_start() -> Result {
+    let threads = |num_threads| VecConfig::default().with_num_threads(num_threads);
+    // There are never more than environments.
+    assert_eq!(vec_env(3, threads(usize::MAX))?.num_threads(), 3);
+    for num_threads in [1025, usize::MAX] {
+        let envs = (0..1025).map(|_| make_kinematic("FetchReach-v4"));
+        let envs = envs.collect::<Result<Vec<_>, _>>()?;
+        let refused = VecEnv::new(envs, threads(num_threads)).err();
+        assert_eq!(refused, Some(VecEnvError::TooManyThreads { threads: 1025, most: 1024 }));
+    }
+    Ok(())
+}
+
+#[cfg(feature = "mujoco")]
+#[test]
+fn make_vec_starts_no_threads_that_the_vector_refuses() {
+    let config = VecConfig::default().with_num_threads(20_000);
+    let refused = fetch_env::make_vec("FetchReach-v4", 20_000, config).err();
+    let expected = VecEnvError::TooManyThreads { threads: 20_000, most: 1024 };
+    assert_eq!(refused, Some(expected.into()));
 }
 
 #[test]

@@ -18,6 +18,7 @@ pub use binding::{
 #[cfg(feature = "render")]
 pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segment};
 pub use robot::{
+    data_mut::DataMut,
     fetch_model::FetchModel,
     scene::builtin_files,
     simulator::MujocoSimulator,

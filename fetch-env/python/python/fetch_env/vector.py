@@ -57,8 +57,9 @@ class FetchVectorEnv(
         env_id: The name, such as ``"FetchPush-v4"``.
         num_envs: Number of environments, 1 to 65,536.
         autoreset_mode: When the next episode begins: ``gymnasium.vector.AutoresetMode``.
-        num_threads: Number of threads; by default one for each core. With one, :meth:`step` and
-            :meth:`reset` run on the caller's thread, and only :meth:`step_async` uses another.
+        num_threads: Number of threads, at most 1,024; by default one for each core. With one,
+            :meth:`step` and :meth:`reset` run on the caller's thread, and only :meth:`step_async`
+            uses another.
         max_episode_steps: Steps after which an episode is cut off.
         render_mode: ``"rgb_array"`` or ``"depth_array"`` to use :meth:`render`.
         width: Width of pictures in pixels, 1 to 4096.

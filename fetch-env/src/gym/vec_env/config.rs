@@ -9,6 +9,10 @@ use crate::gym::vec_env::error::VecEnvError;
 /// The largest number of environments of a vector. On MuJoCo they take 82 GiB, 1.3 MiB each.
 pub(super) const MAX_ENVS: usize = 1 << 16;
 
+/// The largest number of worker threads of a vector. It is far above the number of cores, and far
+/// below the number at which systems refuse threads or memory for them.
+const MAX_THREADS: usize = 1024;
+
 /// Checks the number of environments before memory is allocated for them.
 pub(crate) const fn check_num_envs(num_envs: usize) -> Result<(), VecEnvError> {
     match num_envs {
@@ -50,7 +54,8 @@ pub struct VecConfig {
 impl VecConfig {
     settings! {
         /// Sets the number of worker threads. The default, 0, starts one per core. There are never
-        /// more threads than environments. With one, [`VecEnv::step`](super::VecEnv::step) and
+        /// more threads than environments, and at most 1,024: a vector that would have more is
+        /// [`VecEnvError::TooManyThreads`]. With one, [`VecEnv::step`](super::VecEnv::step) and
         /// [`VecEnv::reset`](super::VecEnv::reset) run on the caller's thread, and only what is
         /// sent runs on the worker.
         with_num_threads(num_threads: usize);
@@ -70,9 +75,13 @@ impl VecConfig {
     }
 
     /// Returns the number of worker threads for `num_envs` environments.
-    pub(crate) fn threads_for(&self, num_envs: usize) -> usize {
+    pub(crate) fn threads_for(&self, num_envs: usize) -> Result<usize, VecEnvError> {
         let cores = || thread::available_parallelism().map_or(1, NonZeroUsize::get);
-        NonZeroUsize::new(self.num_threads).map_or_else(cores, NonZeroUsize::get).min(num_envs)
+        let wanted = NonZeroUsize::new(self.num_threads).map(NonZeroUsize::get);
+        match wanted.unwrap_or_else(|| cores().min(MAX_THREADS)).min(num_envs) {
+            threads @ ..=MAX_THREADS => Ok(threads),
+            threads => Err(VecEnvError::TooManyThreads { threads, most: MAX_THREADS }),
+        }
     }
 }
 

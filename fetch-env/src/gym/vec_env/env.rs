@@ -35,6 +35,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     ///
     /// # Errors
     /// [`VecEnvError::NoEnvs`], or [`VecEnvError::TooManyEnvs`] beyond 65,536;
+    /// [`VecEnvError::TooManyThreads`] beyond 1,024;
     /// [`SpaceError::MissingPart`](crate::spaces::SpaceError::MissingPart) or
     /// [`VecEnvError::SpacesDiffer`] if the environments cannot share the rows of a
     /// [`VecStep`](super::VecStep); [`VecEnvError::Thread`] or [`VecEnvError::Pinning`] if the
@@ -53,7 +54,7 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
             }
         }
         let (num_envs, autoreset) = (envs.len(), config.autoreset());
-        let threads = config.threads_for(num_envs);
+        let threads = config.threads_for(num_envs)?;
         let keeps_last = autoreset == AutoresetMode::SameStep;
         let action_len = action_space.action_len();
         let rows = |len| VecStepOf::<E>::new(&observation_space, action_len, keeps_last, len);

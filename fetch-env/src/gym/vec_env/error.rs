@@ -18,6 +18,14 @@ pub enum VecEnvError {
         /// The largest number of environments.
         most: usize,
     },
+    /// More threads than a vector takes.
+    #[error("a vector would have {threads} threads: set num_threads to at most {most}")]
+    TooManyThreads {
+        /// The number of threads, at most one for each environment.
+        threads: usize,
+        /// The largest number of threads.
+        most: usize,
+    },
     /// The spaces of an environment differ from the first one's.
     #[error(
         "the spaces of environment {env_index} differ from environment 0's: make them all alike"

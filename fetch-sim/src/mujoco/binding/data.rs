@@ -135,18 +135,17 @@ impl Data {
         }
     }
 
-    /// Returns the pairs of geoms in contact.
-    pub fn contacts(&self) -> impl ExactSizeIterator<Item = (GeomId, GeomId)> + '_ {
+    /// Returns the pairs of geoms in contact. Contacts of a flex, which has no geoms, are left out.
+    pub fn contacts(&self) -> impl Iterator<Item = (GeomId, GeomId)> + '_ {
         // SAFETY: the data is alive.
         let count = unsafe { ffi::fs_contact_count(self.raw.as_ptr()) };
-        (0..count.max(0) as usize).map(|contact| {
+        (0..count).filter_map(|contact| {
             let mut geoms = [0; 2];
             // SAFETY: the data is alive and does not change while it is borrowed, so that `contact`
             // is below its number of contacts; `geoms` is valid for writes.
-            unsafe {
-                ffi::fs_contact_geoms(self.raw.as_ptr(), contact as c_int, &raw mut geoms);
-            }
-            geoms.map(|geom| GeomId(geom as usize)).into()
+            unsafe { ffi::fs_contact_geoms(self.raw.as_ptr(), contact, &raw mut geoms) };
+            let [first, second] = geoms.map(|geom| usize::try_from(geom).ok().map(GeomId));
+            first.zip(second)
         })
     }
 

@@ -217,6 +217,9 @@ impl Renderer {
     /// pictures. Goal `i` is shown by the site `target{i}` if the model has it, and otherwise by a
     /// sphere like that of `target0`. A site without a goal stays where the model has it.
     ///
+    /// The scene has room for 1,000 spheres and sites of the model; drawing more is
+    /// [`RenderError::Failed`].
+    ///
     /// # Errors
     /// [`RenderError::OtherModel`] if the simulation is of another task or model.
     pub fn update_scene(

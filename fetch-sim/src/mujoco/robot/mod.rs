@@ -1,6 +1,7 @@
 //! The robot of the Fetch tasks on MuJoCo.
 
 mod bodies;
+pub(crate) mod data_mut;
 pub(crate) mod fetch_model;
 mod observer;
 pub(crate) mod scene;

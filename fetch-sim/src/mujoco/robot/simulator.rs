@@ -6,6 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{
     bodies::{FREE, Placed, Shown},
+    data_mut::DataMut,
     fetch_model::{FetchModel, GRIPPER_DOWN},
     observer::{Frame, Observer, still_state},
     snapshot::MujocoSnapshot,
@@ -75,8 +76,8 @@ impl MujocoSimulator {
     /// checking the contact filter. The next step starts from the positions and velocities set
     /// here.
     #[must_use]
-    pub const fn data_mut(&mut self) -> &mut Data {
-        &mut self.data
+    pub const fn data_mut(&mut self) -> DataMut<'_> {
+        DataMut(&mut self.data)
     }
 
     /// Returns the state of a body of the scene, as [`object`](Simulator::object) shows the task's

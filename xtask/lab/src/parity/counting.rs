@@ -29,7 +29,7 @@ impl OnStep<MujocoSimulator> for Contacts {
             let of_robot = |geom| {
                 model.geom_body(geom).and_then(|body| model.is_within(body, self.base)) == Ok(true)
             };
-            self.all += data.contacts().len();
+            self.all += data.contacts().count();
             self.of_robot += data.contacts().filter(|&(a, b)| of_robot(a) && of_robot(b)).count();
         })
     }

@@ -245,7 +245,7 @@ fn run(simulator: MujocoSimulator, episodes: usize, bar: &ProgressBar) -> anyhow
             any |= success;
             dense += step.reward;
             sparse -= f64::from(u8::from(distance > threshold));
-            contacts += env.simulator().simulator.data().contacts().len();
+            contacts += env.simulator().simulator.data().contacts().count();
         }
         let contacts = contacts as f64 / STEPS as f64;
         let outcome = [dense, sparse, distance, contacts, success.into(), any.into()];
