@@ -46,6 +46,8 @@ impl TrainSettings {
                 schedule.num_envs = 2;
                 schedule.updates_per_cycle = 20;
                 schedule.evaluation_interval = Some(200);
+                // Evaluations of 100 episodes would take several times as long as the training.
+                schedule.evaluation_episodes = 20;
             }
             Task::Push | Task::PickAndPlace => {
                 // Each of the three symmetries as often as the transition itself.

@@ -325,7 +325,7 @@ ranged_settings! {
         /// The number of steps of all environments between two evaluations; `None`: a twentieth of
         /// the steps passed to [`run`](super::Trainer::run), with an evaluation at their end.
         pub evaluation_interval: Option<u64> => 1..=1_000_000_000,
-        /// The number of greedy episodes of an evaluation: 100.
+        /// The number of greedy episodes of an evaluation: 100, and 20 for Reach.
         pub evaluation_episodes: usize => 1..=10_000,
         /// Whether `num_envs`, `batch_size`, `capacity` and `random_episodes` are those of each
         /// process, and not totals that the processes share: false, so that a run learns the same

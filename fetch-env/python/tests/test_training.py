@@ -129,6 +129,25 @@ def test_a_resumed_run_ends_with_the_same_bits(short, tmp_path, ctrl_c):
     assert len(names) == 2
 
 
+def test_a_full_disk_keeps_what_was_reached(short, tmp_path, monkeypatch):
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    monkeypatch.chdir(tmp_path)
+
+    def fill(_):
+        monkeypatch.chdir("/")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, limits[1]))
+        return False
+
+    try:
+        with pytest.raises(OSError, match="earlier checkpoints are intact") as caught:
+            fetch_env.train("FetchReach-v4", short, target=None, progress=fill, out="run")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert caught.value.training.policy.header["steps"] > 0
+    assert [path.name for path in tmp_path.rglob("*.zip")] == ["checkpoint-000000000000.zip"]
+
+
 def test_a_folder_belongs_to_one_run(short, tmp_path):
     def train(settings=short, seed=1, **arguments):
         arguments = {"steps": 200, "out": tmp_path, "progress": False, **arguments}

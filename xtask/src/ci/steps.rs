@@ -229,7 +229,8 @@ pub const OTHER_VERSIONS: [Stage; 2] = [
             // Fails if the policy does not succeed in 100 of 100 episodes.
             step(
                 "learning to reach",
-                "xtask train --env-id FetchReach-v4 --out target/learn/reach --overwrite",
+                "xtask train --env-id FetchReach-v4 --set evaluation_episodes=100 --out target/learn/reach \
+                 --overwrite",
                 &[],
             ),
             // A run without a target, which ends before it has learned the task.

@@ -6,6 +6,7 @@ import contextlib
 import json
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -136,6 +137,8 @@ def train(  # noqa: PLR0913
     if not isinstance(resume, bool):
         message = f"resume is {resume!r}: pass True or False"
         raise TypeError(message)
+    # The function may change the current directory.
+    out = None if out is None else Path(out).absolute()
     learner = preset if isinstance(preset, str) else json.dumps(preset)
     config = make_config(env_id, **settings)
     resumed = _resumed(out, resume=resume)
@@ -162,7 +165,7 @@ def train(  # noqa: PLR0913
         raise
 
 
-def _resumed(out: str | os.PathLike[str] | None, *, resume: bool) -> str | os.PathLike[str] | None:
+def _resumed(out: Path | None, *, resume: bool) -> Path | None:
     """Return the folder whose run goes on, if any."""
     if out is None:
         if resume:
@@ -179,7 +182,7 @@ def _resumed(out: str | os.PathLike[str] | None, *, resume: bool) -> str | os.Pa
 
 def _run(
     trainer: _native.Trainer,
-    out: str | os.PathLike[str] | None,
+    out: Path | None,
     watch: Callable[[CurveRow], object] | None,
     shown: Progress | None,
 ) -> None:

@@ -19,7 +19,8 @@ const THREADS: usize = 2;
 const MOST_STEPS: u64 = 10_000;
 
 pub fn measure(peers: bool) -> anyhow::Result<Vec<(String, Metric)>> {
-    let settings = TrainSettings::fast(Task::Reach);
+    let mut settings = TrainSettings::fast(Task::Reach);
+    settings.schedule.evaluation_episodes = 100;
     let mut trainer = Trainer::new(|| Ok(make("FetchReach-v4")?), settings, SEED, THREADS)?;
     let target = Target { success_rate: 1.0, evaluations: 2 };
     trainer.run(MOST_STEPS, Some(target), |_, _| ControlFlow::Continue(()))?;
