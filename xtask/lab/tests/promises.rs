@@ -25,8 +25,9 @@ fn every_promise_names_a_test() -> Result<(), Box<dyn Error>> {
         for (file, name) in tests {
             let source = fs::read_to_string(Path::new(ROOT).join(file))
                 .map_err(|error| format!("{file}: {error}"))?;
-            let is_there =
-                ["(", "<"].iter().any(|next| source.contains(&format!("fn {name}{next}")));
+            let is_there = [("fn", "("), ("fn", "<"), ("def", "(")]
+                .iter()
+                .any(|(keyword, next)| source.contains(&format!("{keyword} {name}{next}")));
             assert!(is_there, "{file} has no {name}");
         }
         promises += 1;
