@@ -90,8 +90,9 @@ def train(  # noqa: PLR0913
 ) -> Training:
     """Learn a task with hindsight, from rewards alone.
 
-    ``train("FetchReach-v4", target=1.0)`` takes about a second on two cores, Push about a minute.
-    The settings and the seed determine everything, on any number of threads.
+    ``train("FetchReach-v4", target=1.0)`` takes a few seconds on two cores, and Push about a
+    minute, evaluations included, which ``counters["seconds"]`` of a row leaves out. The settings
+    and the seed determine everything, on any number of threads.
 
     Ctrl-C ends it and returns what it has reached. So does a progress function that returns
     ``False``::
