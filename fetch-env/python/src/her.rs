@@ -7,13 +7,13 @@ use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, LoadError, Sampler, StartData,
     StepData, UnitInterval,
 };
-use numpy::{PyArray1, PyArrayMethods};
 use pyo3::{
     prelude::*,
     types::{PyBytes, PyDict},
 };
 
 use crate::arrays::{Numbers, Shape};
+use crate::batch::columns_of;
 use crate::config::{Config, GOAL_LEN};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
@@ -242,27 +242,7 @@ impl Buffer {
         let relabeled: Vec<bool> = batch.relabeled().collect();
         let columns = batch.take_columns();
         drop(contents);
-        let dict = PyDict::new(py);
-        for (key, numbers) in [
-            ("observation", columns.observation),
-            ("achieved_goal", columns.achieved_goal),
-            ("desired_goal", columns.desired_goal),
-            ("action", columns.action),
-            ("next_observation", columns.next_observation),
-            ("next_achieved_goal", columns.next_achieved_goal),
-        ] {
-            let shape = [batch_size, numbers.len() / batch_size];
-            dict.set_item(key, PyArray1::from_vec(py, numbers).reshape(shape)?)?;
-        }
-        dict.set_item("reward", PyArray1::from_vec(py, columns.reward))?;
-        for (key, flags) in [
-            ("terminated", columns.terminated),
-            ("truncated", columns.truncated),
-            ("relabeled", relabeled),
-        ] {
-            dict.set_item(key, PyArray1::from_vec(py, flags))?;
-        }
-        Ok(dict)
+        columns_of(py, batch_size, columns, relabeled)
     }
 
     /// Removes all transitions.

@@ -2,6 +2,7 @@
 //! arrays. What Python users see is in the package's Python files.
 
 mod arrays;
+mod batch;
 mod config;
 mod datasets;
 mod env;

@@ -199,7 +199,7 @@ def test_what_is_no_policy_is_refused(tmp_path):
         fetch_env.Policy.load(tmp_path / "missing")
     policy = fetch_env.Policy.shipped("FetchReach-v4")
     env = fetch_env.FetchEnv("FetchPush-v4")
-    with pytest.raises(ValueError, match="observations"):
+    with pytest.raises(ValueError, match="observation has the shape"):
         policy(env.reset(seed=0)[0])
 
 
