@@ -18,7 +18,7 @@ pub enum SimError {
         task: Task,
     },
     /// A number that is NaN, or outside the bounds of what can be simulated.
-    #[error("{what} is {value}: pass a number from {least} to {most}")]
+    #[error("{what} is {value:?}: pass a number from {least} to {most}")]
     OutOfRange {
         /// What the number is.
         what: &'static str,

@@ -57,7 +57,7 @@ pub enum GoalError {
     },
     /// An element of a goal is NaN or infinite.
     #[error(
-        "{role}[{index}] is {value} (pair {row} of the call): look for the step that made it, or \
+        "{role}[{index}] is {value:?} (pair {row} of the call): look for the step that made it, or \
          drop the transition"
     )]
     NotFinite {

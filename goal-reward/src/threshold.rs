@@ -60,7 +60,7 @@ impl From<DistanceThreshold> for f64 {
 /// Error returned for a distance that is not a valid threshold.
 #[derive(Clone, Copy, PartialEq, Error)]
 #[error(
-    "the distance threshold is {value}: choose a finite number from 0 up, such as Fetch's 0.05"
+    "the distance threshold is {value:?}: choose a finite number from 0 up, such as Fetch's 0.05"
 )]
 #[non_exhaustive]
 pub struct ThresholdError {

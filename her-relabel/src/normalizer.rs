@@ -270,7 +270,9 @@ pub enum NormalizerError {
         rows: usize,
     },
     /// An element is NaN or infinite.
-    #[error("element {index} is {value}: leave the vector out, or find the step that produced it")]
+    #[error(
+        "element {index} is {value:?}: leave the vector out, or find the step that produced it"
+    )]
     NotFinite {
         /// The element.
         index: usize,
@@ -281,7 +283,7 @@ pub enum NormalizerError {
     #[error("the sums of the vectors overflow: scale the vectors down")]
     TooLarge,
     /// A setting is not a positive, finite number, or is too small to divide by.
-    #[error("`{name}` is {value}: use a positive, finite number, at least 1e-307")]
+    #[error("`{name}` is {value:?}: use a positive, finite number, at least 1e-307")]
     BadSetting {
         /// The name of the setting.
         name: &'static str,

@@ -110,7 +110,7 @@ pub enum RunError {
     Normalize(#[from] NormalizerError),
     /// A drawn reward is outside the bounds that the reward function gives.
     #[error(
-        "a reward, or the sum of a window's rewards, is {value}, outside of {low} to {high}, which \
+        "a reward, or the sum of a window's rewards, is {value:?}, outside of {low} to {high}, which \
          follows from GoalReward::bounds: widen the bounds, or correct the reward"
     )]
     RewardOutside {

@@ -374,7 +374,8 @@ pub(crate) fn reset_options(options: Option<&Bound<'_, PyDict>>) -> Result<Fetch
 pub(crate) fn seed(seed: Option<&Bound<'_, PyAny>>) -> Result<Option<u64>> {
     let read = |seed: &Bound<'_, PyAny>| {
         seed.extract().map_err(|_| {
-            Error::value(format!("the seed is {seed}: pass an integer from 0 to 2**64 - 1"))
+            let shown = Error::shown(seed);
+            Error::value(format!("the seed is {shown}: pass an integer from 0 to 2**64 - 1"))
         })
     };
     seed.map(read).transpose()

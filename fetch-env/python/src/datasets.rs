@@ -34,6 +34,7 @@ pub(crate) fn write_dataset(
     })?;
     let config = config.config.clone();
     let (Integer(episodes), Integer(seed)) = (episodes, seed);
+    let path = folder.clone();
     let written = simulate(py, || -> Result<_> {
         let env_id = EnvId { task: config.task(), reward: config.distance_reward().kind() };
         let mut env = make(config)?;
@@ -51,7 +52,8 @@ pub(crate) fn write_dataset(
         }
         writers.into_iter().try_for_each(DatasetWriter::finish).map_err(Error::chain)?;
         evaluation.summary().map_err(Error::chain)
-    })?;
+    });
+    let written = written.map_err(|error| error.at(&path))?;
     Ok(serde_json::to_string(&written)?)
 }
 

@@ -1,15 +1,18 @@
 //! The crates' errors as Python exceptions, with remedies for Python.
 
-use std::{fmt::Display, io, iter::successors};
+use std::{fmt::Display, io, iter::successors, path::Path};
 
 use fetch_env::{EnvError, MakeError, RenderError, SimError, vec_env::VecEnvError};
 use pyo3::{
     create_exception,
-    exceptions::{PyFileNotFoundError, PyOSError, PyRuntimeError, PyTypeError, PyValueError},
+    exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError},
     prelude::*,
     sync::PyOnceLock,
     types::PyType,
 };
+
+/// What prevents errors of forked processes.
+const SPAWN: &str = "start processes with context=\"spawn\", which AsyncVectorEnv also takes";
 
 create_exception!(
     fetch_env,
@@ -57,13 +60,32 @@ impl Error {
             return error.clone().into();
         }
         let message = causes.iter().map(ToString::to_string).collect::<Vec<_>>().join(": ");
-        match causes.iter().find_map(|cause| cause.downcast_ref::<io::Error>()) {
-            Some(error) => Self(Python::attach(|py| {
-                // Such as FileNotFoundError.
-                let kind = PyErr::from(io::Error::from(error.kind())).get_type(py);
-                PyErr::from_type(kind, message)
-            })),
-            None => Self::value(message),
+        let mut files = causes.iter().filter_map(|cause| cause.downcast_ref::<io::Error>());
+        let Some(error) = files.next() else { return Self::value(message) };
+        let number = files.chain([error]).find_map(io::Error::raw_os_error);
+        let number = number.unwrap_or_else(|| number_of(error.kind()));
+        let message = message.replace(&format!(" (os error {number})"), "");
+        // Python makes a FileNotFoundError, or what else the number means.
+        Self(PyOSError::new_err((number, message)))
+    }
+
+    /// Names the file, if this is an error of the file system.
+    pub(crate) fn at(self, path: &Path) -> Self {
+        let named = Python::attach(|py| {
+            let error = self.0.value(py);
+            let is_of_files = error.is_instance_of::<PyOSError>();
+            if is_of_files { error.setattr("filename", path.as_os_str()) } else { Ok(()) }
+        });
+        named.map_or_else(Self, |()| self)
+    }
+
+    /// Returns a number or a text as messages show it: not all digits of a long one.
+    pub(crate) fn shown(value: &Bound<'_, PyAny>) -> String {
+        const MOST: usize = 18;
+        let text = value.str().map_or_else(|_| "a long number".to_owned(), |text| text.to_string());
+        match text.char_indices().nth(MOST) {
+            Some((end, _)) => format!("{}...", &text[..end]),
+            None => text,
         }
     }
 
@@ -99,6 +121,20 @@ impl Error {
     pub(crate) fn closed() -> Self {
         static TYPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
         gymnasium_error(&TYPE, "ClosedEnvironmentError", "the environment is closed: make another")
+    }
+}
+
+/// Returns the number of an error that does not come from the system itself.
+const fn number_of(kind: io::ErrorKind) -> i32 {
+    const INPUT_OUTPUT: i32 = 5;
+    match kind {
+        io::ErrorKind::NotFound => 2,
+        io::ErrorKind::PermissionDenied => 13,
+        io::ErrorKind::AlreadyExists => 17,
+        io::ErrorKind::IsADirectory => 21,
+        io::ErrorKind::InvalidInput => 22,
+        io::ErrorKind::StorageFull => 28,
+        _ => INPUT_OUTPUT,
     }
 }
 
@@ -156,10 +192,10 @@ impl From<VecEnvError> for Error {
             VecEnvError::InFlight { .. } => Self::runtime(
                 "a step is under way: call step_wait() before another step, reset or change",
             ),
-            VecEnvError::Thread { .. }
-            | VecEnvError::Forked
-            | VecEnvError::OutOfUse { .. }
-            | VecEnvError::WorkerLost => Self::runtime(error),
+            VecEnvError::Forked => Self::runtime(format_args!("{error}, or {SPAWN}")),
+            VecEnvError::Thread { .. } | VecEnvError::OutOfUse { .. } | VecEnvError::WorkerLost => {
+                Self::runtime(error)
+            }
             error => Self::value(error),
         }
     }
@@ -169,9 +205,11 @@ impl From<SimError> for Error {
     fn from(error: SimError) -> Self {
         const LIBRARY: &str = "install the package again";
         match error {
-            SimError::NoAssets { path } => Self(PyFileNotFoundError::new_err(format!(
-                "there is no model at {path}: call fetch_env.download_reference_model() once, or \
-                 pass the folder of its scenes as `model`"
+            SimError::NoAssets { path } => Self(PyOSError::new_err((
+                number_of(io::ErrorKind::NotFound),
+                "there is no such model: call fetch_env.download_reference_model() once, or pass \
+                 the folder of its scenes as model",
+                path,
             ))),
             SimError::NoObject { task } => {
                 Self::value(format!("{task} has no object: leave out \"object_position\""))
@@ -205,6 +243,7 @@ impl From<RenderError> for Error {
         match error {
             RenderError::Size { .. } => Self::value(error),
             RenderError::Sim(error) => error.into(),
+            RenderError::Forked => Self::runtime(format_args!("{error}, or {SPAWN}")),
             RenderError::Failed { message } => {
                 Self::runtime(format!("rendering failed ({message}): try it again"))
             }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, LoadError, Sampler, StartData,
-    StepData, UnitInterval,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, StartData, StepData,
+    UnitInterval,
 };
 use pyo3::{
     prelude::*,
@@ -255,19 +255,13 @@ impl Buffer {
     fn save(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
         let contents = self.contents.lock(py)?;
         let buffer = &contents.buffer;
-        Ok(py.detach(|| buffer.save(path)).map_err(PyErr::from)?)
+        py.detach(|| buffer.save(&path)).map_err(|error| Error::chain(error).at(&path))
     }
 
     /// Reads a file that `save` wrote, and returns whether it says what it holds.
     fn load(&self, py: Python<'_>, path: PathBuf) -> Result<bool> {
-        let read = py.detach(|| HerBuffer::load(path));
-        self.take(
-            py,
-            read.map_err(|error| match error {
-                LoadError::Io(error) => PyErr::from(error).into(),
-                error => Error::value(error),
-            })?,
-        )
+        let read = py.detach(|| HerBuffer::load(&path));
+        self.take(py, read.map_err(|error| Error::chain(error).at(&path))?)
     }
 
     /// All episodes, as bytes.

@@ -7,6 +7,8 @@ use pyo3::{
     types::PyBool,
 };
 
+use crate::error::Error;
+
 /// An integer from 0 on, and not a `bool`. Integers out of range are a `ValueError`, like all
 /// arguments out of their range; PyO3's own conversion raises an `OverflowError`.
 pub(crate) struct Integer<T>(pub(crate) T);
@@ -27,9 +29,9 @@ impl<'a, 'py, T: FromPyObject<'a, 'py>> FromPyObject<'a, 'py> for Integer<T> {
                 return error;
             }
             let bits = 8 * size_of::<T>();
+            let shown = Error::shown(&number);
             PyValueError::new_err(format!(
-                "{} is out of range: pass an integer from 0 to 2**{bits} - 1",
-                &*number
+                "{shown} is out of range: pass an integer from 0 to 2**{bits} - 1"
             ))
         })
     }

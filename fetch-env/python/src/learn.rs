@@ -151,7 +151,9 @@ impl Trainer {
     /// Saves a checkpoint in a folder.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> Result<()> {
         let run = &mut *self.run.lock(py)?;
-        simulate(py, || run.save(folder).map(drop).map_err(Error::chain))
+        simulate(py, || {
+            run.save(&folder).map(drop).map_err(|error| Error::chain(error).at(&folder))
+        })
     }
 
     /// The number of steps so far.
@@ -182,7 +184,10 @@ pub(crate) fn has_checkpoints(folder: PathBuf) -> Result<bool> {
     match learn::checkpoints(&folder) {
         Ok(checkpoints) => Ok(!checkpoints.is_empty()),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
-        Err(source) => Err(Error::chain(CheckpointError::Read { path: folder, source })),
+        Err(source) => {
+            let error = CheckpointError::Read { path: folder.clone(), source };
+            Err(Error::chain(error).at(&folder))
+        }
     }
 }
 

@@ -27,7 +27,8 @@ impl Policy {
     /// Loads a file.
     #[staticmethod]
     fn load(path: PathBuf) -> Result<Self> {
-        Ok(Self::from(TrainedPolicy::load(path).map_err(Error::chain)?))
+        let loaded = TrainedPolicy::load(&path);
+        Ok(Self::from(loaded.map_err(|error| Error::chain(error).at(&path))?))
     }
 
     /// The policy that comes with the package for an environment's task.
@@ -39,7 +40,7 @@ impl Policy {
 
     /// Replaces a file, whole or not at all.
     fn save(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
-        self.0.lock(py)?.save(path).map_err(Error::chain)
+        self.0.lock(py)?.save(&path).map_err(|error| Error::chain(error).at(&path))
     }
 
     /// The contents of a file with this policy.

@@ -33,7 +33,7 @@ pub enum MakeError {
         option: &'static str,
     },
     /// A range from which nothing can be drawn.
-    #[error("{option} is {value}: pass a number of meters from {least} to {most}")]
+    #[error("{option} is {value:?}: pass a number of meters from {least} to {most}")]
     Range {
         /// Name of the setting.
         option: &'static str,
@@ -45,7 +45,7 @@ pub enum MakeError {
         most: f64,
     },
     /// An offset that is NaN or too large.
-    #[error("target_offset[{axis}] is {value}: pass a number of meters from -{most} to {most}")]
+    #[error("target_offset[{axis}] is {value:?}: pass a number of meters from -{most} to {most}")]
     Offset {
         /// Index of the axis: x, y, z.
         axis: usize,

@@ -30,7 +30,7 @@ pub enum EnvError {
     },
     /// An element of the action is NaN or infinite.
     #[error(
-        "action[{index}] is {value}: pass finite numbers; finite ones are clipped to the action \
+        "action[{index}] is {value:?}: pass finite numbers; finite ones are clipped to the action \
          space"
     )]
     ActionNotFinite {
@@ -65,7 +65,9 @@ pub enum EnvError {
         actual: usize,
     },
     /// A number in the reset options is NaN or too large.
-    #[error("the option {option} is {value} at index {index}: pass numbers from -{most} to {most}")]
+    #[error(
+        "the option {option} is {value:?} at index {index}: pass numbers from -{most} to {most}"
+    )]
     OptionOutside {
         /// Name of the option.
         option: &'static str,

@@ -15,7 +15,7 @@ pub enum AddError {
     /// The environment does not exist.
     #[error(
         "environment {env_index} does not exist: there are {num_envs}, numbered from 0; set their \
-         number with `BufferConfig::with_num_envs`"
+         number when you make the buffer"
     )]
     UnknownEnv {
         /// The requested environment.
@@ -105,7 +105,7 @@ pub enum AddError {
     },
     /// An element is NaN or infinite, or becomes infinite when rounded to the buffer's type.
     #[error(
-        "`{field}[{index}]` is {value}, which the buffer cannot store as a finite number: drop the \
+        "`{field}[{index}]` is {value:?}, which the buffer cannot store as a finite number: drop the \
          episode, or find the step that produced it"
     )]
     NotFinite {
@@ -117,7 +117,9 @@ pub enum AddError {
         value: f64,
     },
     /// A reward is finite, but so large that sums of such rewards could be infinite in `f32`.
-    #[error("`{field}[{index}]` is {value}: scale rewards, which may be at most 1e20 in magnitude")]
+    #[error(
+        "`{field}[{index}]` is {value:?}: scale rewards, which may be at most 1e20 in magnitude"
+    )]
     RewardTooLarge {
         /// The field.
         field: String,

@@ -136,7 +136,7 @@ pub enum InputError {
         actual: usize,
     },
     /// An element is NaN or infinite.
-    #[error("`{column}[{index}]` is {value}: leave the state out, or find what produced it")]
+    #[error("`{column}[{index}]` is {value:?}: leave the state out, or find what produced it")]
     NotFinite {
         /// The column.
         column: &'static str,

@@ -149,7 +149,7 @@ pub enum LoadError {
     #[error("the buffer cannot be read: {0}")]
     Io(#[source] io::Error),
     /// The file is not a saved buffer.
-    #[error("this is not a saved replay buffer: pass a file that HerBuffer::save wrote")]
+    #[error("this is not a saved replay buffer: pass a file to which one was saved")]
     Foreign,
     /// The file was written by another version of this crate.
     #[error(

@@ -155,7 +155,7 @@ fn a_number_that_f32_cannot_hold_is_refused_and_named() -> Result {
     let start = StartData { observation: &[1e300], achieved_goal: &[0.0], desired_goal: &[0.0] };
     let error = buffer.begin_episode(0, &start).unwrap_err();
     assert_eq!(error, AddError::NotFinite { field: "observation".into(), index: 0, value: 1e300 });
-    assert!(error.to_string().contains("`observation[0]` is 1000"));
+    assert!(error.to_string().contains("`observation[0]` is 1e300, "));
     Ok(())
 }
 

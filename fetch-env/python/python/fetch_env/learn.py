@@ -240,6 +240,12 @@ def evaluate(
         fetch_env.SimulationError: If the physics became unstable.
     """
     config = make_config(env_id, **settings)
+    if not isinstance(policy, Policy):
+        message = (
+            f"the policy is {type(policy).__name__}: pass a fetch_env.Policy, or evaluate your own "
+            "in environments"
+        )
+        raise TypeError(message)
     native = policy._native  # noqa: SLF001
     summary: dict[str, Any] = json.loads(
         _native.evaluate(config, native, episodes, seed, num_threads)

@@ -43,7 +43,7 @@ pub enum RenderError {
         known: Vec<String>,
     },
     /// A number of a free camera is invalid.
-    #[error("the camera's {field} is {value}: use finite numbers, and a distance greater than 0")]
+    #[error("the camera's {field} is {value:?}: use finite numbers, and a distance greater than 0")]
     FreeCamera {
         /// The field.
         field: &'static str,

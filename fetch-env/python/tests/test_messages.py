@@ -1,0 +1,142 @@
+"""What errors say: nothing of Rust or of the package's inside, and what Python's errors say."""
+
+import errno
+import multiprocessing
+import re
+
+import fetch_env
+import numpy as np
+import pytest
+
+VALUES = (None, -1, 0, 10**30, 1.5, 1e300, float("nan"), "up", b"x", [], [1, 2], {}, np.zeros(3))
+#: Words of Rust, names inside the package, and numbers with all their digits.
+FOREIGN = re.compile(
+    r"::|\{ |Some\(|Err\(|borrow|unwrap\b|__new__|_native|config_arguments|\d{20}|os error|usize"
+)
+GOALS = np.zeros((2, 3))
+
+
+def message_of(call):
+    """Return the message of the error of a call, if there is one."""
+    try:
+        call()
+    except Exception as error:  # noqa: BLE001
+        return str(error)
+    return None
+
+
+def wrong_calls(value):
+    """Return calls that take a value in each place, most of them wrongly."""
+    push = {"env_id": "FetchPush-v4"}
+    env = fetch_env.FetchEnv(**push)
+    env.reset(seed=0)
+    envs = fetch_env.FetchVectorEnv(**push, num_envs=2)
+    envs.reset(seed=0)
+    policy = fetch_env.Policy.shipped("FetchPush-v4")
+    buffer = fetch_env.HerBuffer(env, 100)
+    settings = fetch_env.Settings.__annotations__
+    yield lambda: fetch_env.FetchEnv(value)
+    for name in (*settings, "width", "height"):
+        yield lambda name=name: fetch_env.FetchEnv(**push, **{name: value})
+    for name in ("num_envs", "num_threads", "max_episode_steps"):
+        yield lambda name=name: fetch_env.FetchVectorEnv(**push, **{name: value})
+    for each in (env, envs):
+        yield lambda each=each: each.reset(seed=value)
+        yield lambda each=each: each.reset(options=value)
+        for name in ("desired_goal", "object_position", "goal"):
+            yield lambda each=each, name=name: each.reset(options={name: value})
+        yield lambda each=each: each.step(value)
+        yield lambda each=each: each.set_state(value)
+        yield lambda each=each: each.compute_reward(value, GOALS)
+        yield lambda each=each: each.compute_terminated(GOALS, value)
+    for name in ("goal", "distance_threshold", "reward_type", "obj_range", "target_offset"):
+        yield lambda name=name: setattr(env, name, value)
+    yield lambda: envs.step_async(value)
+    yield lambda: envs.set_attr("goal", value)
+    yield lambda: fetch_env.HerBuffer(envs, value)
+    yield lambda: buffer.unfinished_steps(env_index=value)
+    for name in ("batch_size", "strategy", "k", "seed"):
+        yield lambda name=name: buffer.sample(**{"batch_size": 2, name: value})
+    yield lambda: fetch_env.Policy.shipped(value)
+    yield lambda: policy(value)
+    for name in ("policy", "episodes", "seed", "num_threads"):
+        arguments = {**push, "policy": policy, "episodes": 1, name: value}
+        yield lambda arguments=arguments: fetch_env.evaluate(**arguments)
+    for name in ("preset", "seed", "num_threads"):
+        arguments = {**push, "steps": 1, "target": 7.0, name: value}
+        yield lambda arguments=arguments: fetch_env.train(**arguments)
+    for name in ("set", "format", "episodes", "seed"):
+        arguments = {**push, "set": "random", "folder": "/nowhere/set", name: value}
+        yield lambda arguments=arguments: fetch_env.write_dataset(**arguments)
+
+
+@pytest.mark.parametrize("value", VALUES, ids=repr)
+def test_wrong_calls_speak_of_what_was_passed(value):
+    messages = [message for call in wrong_calls(value) if (message := message_of(call)) is not None]
+    assert len(messages) > 15
+    for message in messages:
+        assert message
+        assert not FOREIGN.search(message), message
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda env: env.compute_reward("up", GOALS), "achieved_goal"),
+        (lambda env: env.compute_reward(GOALS, [None] * 3), "desired_goal"),
+        (lambda env: env.step([1j] * 4), "action"),
+        (lambda env: env.reset(options={"desired_goal": [[1.0], [2.0, 3.0]]}), "desired_goal"),
+    ],
+)
+def test_an_array_is_named(push, call, name):
+    with pytest.raises((TypeError, ValueError), match=f"^{name}: "):
+        call(push)
+
+
+def test_numbers_are_not_written_out():
+    with pytest.raises(ValueError, match="target_range is 1e300: pass"):
+        fetch_env.FetchEnv("FetchPush-v4", target_range=1e300)
+    with pytest.raises(ValueError, match=r"100000000000000000\.\.\. is out of range"):
+        fetch_env.FetchEnv("FetchPush-v4", n_substeps=10**40)
+    with pytest.raises(ValueError, match="a long number is out of range"):
+        fetch_env.FetchEnv("FetchPush-v4", n_substeps=10**5000)
+
+
+def test_files_are_named_with_the_systems_number(tmp_path):
+    policy = fetch_env.Policy.shipped("FetchPush-v4")
+    buffer = fetch_env.HerBuffer(fetch_env.FetchEnv("FetchPush-v4"), 100)
+    (tmp_path / "file").write_bytes(b"")
+    missing, below = tmp_path / "no" / "file", tmp_path / "file" / "file"
+    for call in (policy.save, policy.load, buffer.save, buffer.load):
+        for path, number, kind in (
+            (missing, errno.ENOENT, FileNotFoundError),
+            (below, errno.ENOTDIR, NotADirectoryError),
+        ):
+            with pytest.raises(kind) as raised:
+                call(path)
+            assert raised.value.errno == number
+            assert raised.value.filename == str(path)
+    with pytest.raises(FileNotFoundError, match="download_reference_model") as raised:
+        fetch_env.FetchEnv("FetchPush-v4", model=missing)
+    assert raised.value.errno == errno.ENOENT
+    assert raised.value.filename == str(missing / "push.xml")
+
+
+def errors_in_child(queue, envs, drawn):
+    """Report the errors of what a forked process cannot use."""
+    for call in (envs.reset, drawn.render):
+        queue.put(message_of(call))
+
+
+def test_forked_processes_are_told_of_spawn():
+    context = multiprocessing.get_context("fork")
+    queue = context.SimpleQueue()
+    envs = fetch_env.FetchVectorEnv("FetchPush-v4", 2)
+    drawn = fetch_env.FetchEnv("FetchPush-v4", render_mode="rgb_array", width=32, height=32)
+    drawn.reset(seed=0)
+    drawn.render()
+    child = context.Process(target=errors_in_child, args=(queue, envs, drawn))
+    child.start()
+    for _ in range(2):
+        assert 'context="spawn"' in queue.get()
+    child.join()
