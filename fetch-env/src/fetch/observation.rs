@@ -142,6 +142,9 @@ impl FetchObservation {
 
     /// Adds `len` elements after those of the table, and returns them.
     pub(super) fn add_extra(&mut self, len: usize) -> &mut [f64] {
+        if len == 0 {
+            return &mut []; // as in all built-in tasks
+        }
         let start = self.observation.len();
         self.observation.resize(start + len, 0.0);
         &mut self.observation[start..]
