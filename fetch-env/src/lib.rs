@@ -106,7 +106,7 @@ pub use ::goal_reward::{
     ThresholdError,
 };
 #[cfg(feature = "mujoco")]
-pub use fetch::make::{MujocoEnv, make, make_vec};
+pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_while};
 pub use fetch::{
     config::FetchConfig,
     env::FetchEnv,

@@ -41,6 +41,12 @@ pub enum SimError {
         /// The buffer.
         reason: String,
     },
+    /// The system gives the process no more memory.
+    #[error("there is no memory for {what}: make fewer environments, or give the process more")]
+    NoMemory {
+        /// What it was for.
+        what: String,
+    },
     /// The crate was built without MuJoCo's headers.
     #[error(
         "this program was built without MuJoCo: install libmujoco-dev, or set MUJOCO_DIR to an \

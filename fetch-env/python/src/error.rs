@@ -5,7 +5,7 @@ use std::{fmt::Display, io, iter::successors, path::Path};
 use fetch_env::{EnvError, MakeError, RenderError, SimError, vec_env::VecEnvError};
 use pyo3::{
     create_exception,
-    exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError},
+    exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyValueError},
     prelude::*,
     sync::PyOnceLock,
     types::PyType,
@@ -230,6 +230,7 @@ impl From<SimError> for Error {
             SimError::ShimMismatch { .. } | SimError::LibraryInUse { .. } => {
                 Self(MujocoError::new_err(error.to_string()))
             }
+            SimError::NoMemory { .. } => Self(PyMemoryError::new_err(error.to_string())),
             SimError::Unstable { .. } | SimError::BufferFull { .. } | SimError::Mujoco { .. } => {
                 Self(SimulationError::new_err(error.to_string()))
             }

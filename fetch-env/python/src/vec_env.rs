@@ -1,7 +1,7 @@
 //! Many environments, stepped together.
 
 use fetch_env::{
-    ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MujocoEnv, make_vec,
+    ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MujocoEnv, make_vec_while,
     vec_env::{self, AutoresetMode, VecConfig, VecReset, VecStep},
 };
 use numpy::{PyArray1, PyArray3, ToPyArray, ndarray::ArrayView2};
@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::exclusive::{Exclusive, Guard};
 use crate::integer::Integer;
 use crate::pictures::Pictures;
+use crate::signals::Signals;
 use crate::warnings::simulate;
 
 type Envs = vec_env::VecEnv<MujocoEnv>;
@@ -70,7 +71,11 @@ impl VecEnv {
         let vec_config =
             VecConfig::default().with_num_threads(num_threads.0).with_autoreset(autoreset);
         let (transitions, config) = (config.transitions(), config.config.clone());
-        let envs = simulate(py, || make_vec(config, num_envs.0, vec_config))?;
+        let mut signals = Signals::new();
+        let envs =
+            simulate(py, || make_vec_while(config, num_envs.0, vec_config, || signals.go_on()));
+        signals.finish()?;
+        let envs = envs?;
         Ok(Self { parts: Exclusive::new(Parts { envs: Some(envs), pictures }), transitions })
     }
 

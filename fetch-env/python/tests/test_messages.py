@@ -3,6 +3,8 @@
 import errno
 import multiprocessing
 import re
+import subprocess
+import sys
 
 import fetch_env
 import numpy as np
@@ -34,6 +36,7 @@ def wrong_calls(value):
     envs.reset(seed=0)
     policy = fetch_env.Policy.shipped("FetchPush-v4")
     buffer = fetch_env.HerBuffer(env, 100)
+    step = {"reward": 0.0, "terminated": False, "truncated": False}
     settings = fetch_env.Settings.__annotations__
     yield lambda: fetch_env.FetchEnv(value)
     for name in (*settings, "width", "height"):
@@ -54,6 +57,10 @@ def wrong_calls(value):
     yield lambda: envs.step_async(value)
     yield lambda: envs.set_attr("goal", value)
     yield lambda: fetch_env.HerBuffer(envs, value)
+    yield lambda: fetch_env.HerBuffer(value, 100)
+    yield lambda: buffer.record(value)
+    yield lambda: buffer.begin_episode(value)
+    yield lambda: buffer.add_step(np.zeros(4), value, **step)
     yield lambda: buffer.unfinished_steps(env_index=value)
     for name in ("batch_size", "strategy", "k", "seed"):
         yield lambda name=name: buffer.sample(**{"batch_size": 2, name: value})
@@ -120,6 +127,31 @@ def test_files_are_named_with_the_systems_number(tmp_path):
         fetch_env.FetchEnv("FetchPush-v4", model=missing)
     assert raised.value.errno == errno.ENOENT
     assert raised.value.filename == str(missing / "push.xml")
+
+
+MAKES_TOO_MANY = """
+import resource, fetch_env
+fetch_env.FetchVectorEnv("FetchPush-v4", 2)
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, [used + 200 * 2**20] * 2)
+try:
+    fetch_env.FetchVectorEnv("FetchPush-v4", 65_536)
+except MemoryError as error:
+    print(error)
+"""
+
+
+def test_too_many_environments_for_the_memory_say_so():
+    made = subprocess.run(  # noqa: S603
+        [sys.executable, "-c", MAKES_TOO_MANY], check=True, capture_output=True, text=True
+    )
+    assert "make fewer environments" in made.stdout
+
+
+def test_ctrl_c_ends_the_making_of_many(ctrl_c):
+    ctrl_c.start()
+    with pytest.raises(KeyboardInterrupt):
+        fetch_env.FetchVectorEnv("FetchPush-v4", 20_000)
 
 
 def errors_in_child(queue, envs, drawn):

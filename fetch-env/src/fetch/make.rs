@@ -1,6 +1,13 @@
 //! Environments on MuJoCo, single or vectorized.
 
-use std::{panic, sync::Arc, thread};
+use std::{
+    panic,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
+    thread,
+};
 
 use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError, Task};
 use goal_reward::DistanceReward;
@@ -88,23 +95,46 @@ pub fn make_vec(
     num_envs: usize,
     vec_config: VecConfig,
 ) -> Result<VecEnv<MujocoEnv>, MakeError> {
+    make_vec_while(config, num_envs, vec_config, || true)
+}
+
+/// Creates environments as [`make_vec`] does, while `goes_on` returns true. It is asked on the
+/// calling thread, before each environment that this thread makes: tens of thousands take seconds.
+///
+/// # Errors
+/// As [`make_vec`], and [`MakeError::Stopped`] once `goes_on` has returned false.
+pub fn make_vec_while(
+    config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
+    num_envs: usize,
+    vec_config: VecConfig,
+    mut goes_on: impl FnMut() -> bool,
+) -> Result<VecEnv<MujocoEnv>, MakeError> {
     check_num_envs(num_envs)?;
     let config = &config.try_into().map_err(Into::into)?;
     let threads = vec_config.threads_for(num_envs)?;
     // Keeps the model alive until every environment shares it.
     let _model = shared_model(config.sim())?;
+    let is_stopped = &AtomicBool::new(false);
+    let make_next = || {
+        if is_stopped.load(Relaxed) { Err(MakeError::Stopped) } else { make(config.clone()) }
+    };
+    let count = |part: usize| (part + 1) * num_envs / threads - part * num_envs / threads;
     // Most of the time goes into memory, which each thread allocates for its own environments.
     let envs = thread::scope(|scope| {
         let part = |index: usize| {
-            let count = (index + 1) * num_envs / threads - index * num_envs / threads;
-            let make_part = move || (0..count).map(|_| make(config.clone())).collect();
+            let make_part = move || (0..count(index)).map(|_| make_next()).collect();
             thread::Builder::new()
                 .stack_size(STACK_SIZE)
                 .spawn_scoped(scope, make_part)
                 .map_err(|error| VecEnvError::Thread { reason: error.to_string() })
         };
-        let parts: Vec<_> = (0..threads).map(part).collect();
+        let parts: Vec<_> = (1..threads).map(part).collect();
         let mut envs = Vec::with_capacity(num_envs);
+        for _ in 0..count(0) {
+            is_stopped.fetch_or(!goes_on(), Relaxed);
+            // The other threads stop as well.
+            envs.push(make_next().inspect_err(|_| is_stopped.store(true, Relaxed))?);
+        }
         for part in parts {
             let made: Result<Vec<_>, MakeError> =
                 part?.join().unwrap_or_else(|payload| panic::resume_unwind(payload));

@@ -13,6 +13,7 @@ import numpy as np
 from . import _native
 from .recorded import recorded_vector
 from .rewards import GoalRewards, episode_len, own_rewards, refuse_own_rewards
+from .spaces import parts
 
 if TYPE_CHECKING:
     from gymnasium.vector import VectorEnv
@@ -73,9 +74,10 @@ class HerBuffer:
         seed: int | None = None,
     ) -> None:
         """Create an empty buffer; see the class."""
-        inner: Any = env.unwrapped
+        inner: Any = getattr(env, "unwrapped", env)
         if not isinstance(inner, GoalRewards):
-            message = f"{inner} is not a FetchEnv or a FetchVectorEnv: pass one, wrapped or not"
+            kind = type(inner).__name__
+            message = f"{kind} is not a FetchEnv or a FetchVectorEnv: pass one, wrapped or not"
             raise TypeError(message)
         if reward is None:
             refuse_own_rewards(own_rewards(env))
@@ -143,9 +145,7 @@ class HerBuffer:
         """Begin an episode of one environment with its first observation."""
         self._native.begin_episode(
             env_index,
-            observation["observation"],
-            observation["achieved_goal"],
-            observation["desired_goal"],
+            *parts(observation),
         )
 
     def add_step(  # noqa: PLR0913
@@ -162,11 +162,12 @@ class HerBuffer:
 
         The episode is stored when it ends: by its last step, or by :meth:`end_episode`.
         """
+        observed, achieved_goal, _ = parts(observation)
         self._native.add_step(
             env_index,
             action,
-            observation["observation"],
-            observation["achieved_goal"],
+            observed,
+            achieved_goal,
             reward,
             terminated,
             truncated,

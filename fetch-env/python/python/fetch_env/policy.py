@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from . import _native
+from .spaces import parts
 
 if TYPE_CHECKING:
     import os
@@ -14,9 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .env import Observation
-
-#: The parts of an observation.
-PARTS = ("observation", "achieved_goal", "desired_goal")
 
 
 class Policy:
@@ -73,14 +71,7 @@ class Policy:
             ValueError: If their shapes do not fit the policy or each other, or a number is NaN or
                 infinite.
         """
-        try:
-            parts = [observation[part] for part in PARTS]
-        except (KeyError, IndexError, TypeError):
-            message = (
-                "an observation is a dictionary of observation, achieved_goal and desired_goal"
-            )
-            raise TypeError(message) from None
-        return self._native.act(*parts)
+        return self._native.act(*parts(observation))
 
     def predict(
         self,

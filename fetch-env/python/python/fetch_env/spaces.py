@@ -1,14 +1,33 @@
 """The spaces of the environments."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import gymnasium
 import numpy as np
 
-from ._native import Config
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from ._native import Config
 
 #: dx, dy, dz, fingers.
 ACTION_LEN = 4
 #: Numbers of a goal: x, y, z in meters.
 GOAL_LEN = 3
+
+#: The parts of an observation, in the order in which the native module takes them.
+PARTS = ("observation", "achieved_goal", "desired_goal")
+
+
+def parts(observation: Mapping[str, Any]) -> list[Any]:
+    """Return the parts of an observation."""
+    try:
+        return [observation[part] for part in PARTS]
+    except (KeyError, IndexError, TypeError):
+        message = "an observation is a dictionary of observation, achieved_goal and desired_goal"
+        raise TypeError(message) from None
 
 
 def action_space() -> gymnasium.spaces.Box:

@@ -68,6 +68,7 @@ class FetchVectorEnv(
 
     Raises:
         ValueError: If a name, a setting, an action or an option is invalid.
+        MemoryError: If there is no memory for so many environments.
         RuntimeError: If a forked process uses environments that its parent made.
         fetch_env.SimulationError: If the physics became unstable. The others have taken their step.
             The one that failed is reset as the autoreset mode says: by the next step, in the same

@@ -33,7 +33,7 @@ impl Data {
     /// Allocates a simulation in the model's initial state.
     ///
     /// # Errors
-    /// [`SimError::Mujoco`] if memory runs out.
+    /// [`SimError::NoMemory`].
     pub fn new(model: Arc<Model>) -> Result<Self, SimError> {
         let mut raw = ptr::null_mut();
         // SAFETY: the model is alive and `raw` is valid for writes.
@@ -52,7 +52,7 @@ impl Data {
     /// [`ContactFilter::MAX_GEOMS`] geoms gets none.
     ///
     /// # Errors
-    /// [`SimError::Mujoco`] if memory runs out.
+    /// [`SimError::NoMemory`].
     pub fn set_contact_filter(&mut self, filter: bool) -> Result<(), SimError> {
         let filter = filter && self.model.ngeom() <= ContactFilter::MAX_GEOMS;
         self.filter = filter.then(|| ContactFilter::new(&self.model, &self.raw)).transpose()?;

@@ -216,9 +216,17 @@ fn compare(shim: &[Item], rust: &[Item]) -> Result<(), SimError> {
     Ok(())
 }
 
+/// What MuJoCo says, in all versions, when it gets no memory.
+const NO_MEMORY: &str = "Could not allocate memory";
+
 /// Turns the status of a shim call into a result, and passes warnings on to `tracing`.
 pub(crate) fn check(status: c_int) -> Result<(), SimError> {
-    check_as(status, |message| SimError::Mujoco { message })
+    check_as(status, |message| {
+        if message.contains(NO_MEMORY) {
+            return SimError::NoMemory { what: "a simulation".into() };
+        }
+        SimError::Mujoco { message }
+    })
 }
 
 /// Like [`check`], with the error that `error` makes from MuJoCo's message.
@@ -260,14 +268,12 @@ impl<T: Opaque> Owned<T> {
     /// Takes the result of a call that makes an object.
     ///
     /// # Errors
-    /// [`SimError::Mujoco`] if it is null: memory ran out.
+    /// [`SimError::NoMemory`] if it is null.
     ///
     /// # Safety
     /// Nothing else deletes the object, and all that it uses outlives this value.
     pub(crate) unsafe fn new(raw: *mut T, what: &str) -> Result<Self, SimError> {
-        NonNull::new(raw)
-            .map(Self)
-            .ok_or_else(|| SimError::Mujoco { message: format!("there is no memory for {what}") })
+        NonNull::new(raw).map(Self).ok_or_else(|| SimError::NoMemory { what: what.into() })
     }
 
     pub(crate) const fn as_ptr(&self) -> *mut T {

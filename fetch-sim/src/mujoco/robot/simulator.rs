@@ -44,7 +44,7 @@ impl MujocoSimulator {
     /// Creates a simulator of a model that it may share with others.
     ///
     /// # Errors
-    /// [`SimError::Mujoco`] if memory runs out.
+    /// [`SimError::NoMemory`].
     pub fn from_model(fetch: Arc<FetchModel>) -> Result<Self, SimError> {
         let mut data = Data::new(Arc::clone(fetch.model()))?;
         data.set_contact_filter(fetch.config.contact_filter())?;
