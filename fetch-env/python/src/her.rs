@@ -19,6 +19,7 @@ use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::own_reward::OwnReward;
+use crate::steps::{Column, add_step_from};
 use crate::vec_env::VecEnv;
 
 /// The number of elements of an action.
@@ -182,6 +183,70 @@ impl Buffer {
             fields: &[],
         };
         self.contents.lock(py)?.buffer.add_step(env_index.0, &step).map_err(Error::value)
+    }
+
+    /// Adds a step of each environment, a row for each, with the states before it. Where that is
+    /// not the last one of the episode under way, this ends, and another begins. A step that did
+    /// not take place, or that led to another goal without ending its episode, ends the one under
+    /// way, and is left out.
+    #[expect(clippy::too_many_arguments, reason = "they are columns")]
+    fn add_steps(
+        &self,
+        py: Python<'_>,
+        observation: &Bound<'_, PyAny>,
+        achieved_goal: &Bound<'_, PyAny>,
+        desired_goal: &Bound<'_, PyAny>,
+        action: &Bound<'_, PyAny>,
+        next_observation: &Bound<'_, PyAny>,
+        next_achieved_goal: &Bound<'_, PyAny>,
+        next_desired_goal: &Bound<'_, PyAny>,
+        reward: &Bound<'_, PyAny>,
+        terminated: Vec<bool>,
+        truncated: Vec<bool>,
+        took_place: Vec<bool>,
+    ) -> Result<()> {
+        let mut contents = self.contents.lock(py)?;
+        let buffer = &mut contents.buffer;
+        let (rows, dims) = (buffer.config().num_envs(), buffer.config().dims());
+        let column = |name, array, len| Column::take(name, array, rows, len);
+        let observation = column("observation", observation, dims.observation)?;
+        let achieved_goal = column("achieved_goal", achieved_goal, dims.goal)?;
+        let desired_goal = column("desired_goal", desired_goal, dims.goal)?;
+        let action = column("action", action, dims.action)?;
+        let next_observation = column("next_observation", next_observation, dims.observation)?;
+        let next_achieved_goal = column("next_achieved_goal", next_achieved_goal, dims.goal)?;
+        let next_desired_goal = column("next_desired_goal", next_desired_goal, dims.goal)?;
+        let reward = numbers("reward", reward, &[rows])?;
+        for (name, flags) in
+            [("terminated", &terminated), ("truncated", &truncated), ("took_place", &took_place)]
+        {
+            if flags.len() != rows {
+                let len = flags.len();
+                return Err(Error::value(format!("{name} has {len} elements: pass {rows}")));
+            }
+        }
+        for env_index in 0..rows {
+            let start = StartData {
+                observation: observation.row(env_index),
+                achieved_goal: achieved_goal.row(env_index),
+                desired_goal: desired_goal.row(env_index),
+            };
+            let step = StepData {
+                action: action.row(env_index),
+                next_observation: next_observation.row(env_index),
+                next_achieved_goal: next_achieved_goal.row(env_index),
+                reward: reward[env_index],
+                terminated: terminated[env_index],
+                truncated: truncated[env_index],
+                fields: &[],
+            };
+            let has_one_goal = step.terminated
+                || step.truncated
+                || start.desired_goal == next_desired_goal.row(env_index);
+            let step = (took_place[env_index] && has_one_goal).then_some(&step);
+            add_step_from(buffer, env_index, &start, step).map_err(Error::value)?;
+        }
+        Ok(())
     }
 
     /// The number of steps of the episode that is under way; None if there is none.

@@ -16,6 +16,7 @@ mod own_reward;
 mod pictures;
 mod policy;
 mod signals;
+mod steps;
 mod vec_env;
 mod warnings;
 

@@ -167,6 +167,11 @@ impl VecEnv {
         Ok(random.map(|random| (random.initial_seed(), random.draws())))
     }
 
+    /// How many steps, starts and failures each environment has had.
+    fn numbers(&self, py: Python<'_>) -> Result<Vec<u64>> {
+        Ok(self.lock(py)?.last_step()?.number().to_vec())
+    }
+
     /// Everything that determines the future, as bytes.
     fn get_state<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
         let snapshot = self.lock(py)?.envs()?.snapshot()?;

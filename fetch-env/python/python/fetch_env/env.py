@@ -11,6 +11,7 @@ from gymnasium.utils import seeding
 from . import _native, simulation, spaces
 from .attributes import IS_OF_THE_SCENE, attribute, constant, setting
 from .made import RENDER_MODES, MadeFromSettings
+from .numbering import StepNumbers
 from .settings import make_config
 
 if TYPE_CHECKING:
@@ -92,6 +93,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     }
 
     _native: Env
+    _numbers: StepNumbers | None = None
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         """Refuse methods of a subclass that only the reference calls."""
@@ -158,7 +160,10 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         Returns:
             The first observation, and an empty info, like the reference's.
         """
-        return self._native.reset(seed, options), {}
+        observation = self._native.reset(seed, options)
+        if self._numbers is not None:
+            self._numbers.begin(observation)
+        return observation, {}
 
     def step(
         self, action: NDArray[np.float32]
@@ -173,7 +178,18 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
             gymnasium.error.ResetNeeded: Before a reset, and after a failure.
             fetch_env.SimulationError: If the physics became unstable.
         """
-        return self._native.step(action)
+        results = self._native.step(action)
+        if self._numbers is not None:
+            self._numbers.count(results[4])
+        return results
+
+    def number_steps(self) -> None:
+        """Add to the info of every step its number, by which replay buffers notice other uses.
+
+        :class:`fetch_env.sb3.HerReplayBuffer` calls it. Nothing else changes.
+        """
+        if self._numbers is None:
+            self._numbers = StepNumbers()
 
     def render(self) -> NDArray[Any] | None:
         """Draw the current state, without changing it.
@@ -208,7 +224,10 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
             The observation of the restored state.
         """
         self._native.set_state(state)
-        return self._native.observe()
+        observation = self._native.observe()
+        if self._numbers is not None:
+            self._numbers.begin(observation)
+        return observation
 
     def close(self) -> None:
         """Free the simulation. Later calls raise ``gymnasium.error.ClosedEnvironmentError``."""

@@ -17,6 +17,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,7 @@ from stable_baselines3.her import GoalSelectionStrategy
 from stable_baselines3.her import HerReplayBuffer as TheirHerReplayBuffer
 
 from . import _native
+from .numbering import KEY, StepNumbers, begins_at, next_of
 from .rewards import TIME_LIMIT, ChangesRewards, refuse_own_rewards
 from .vector import FetchVectorEnv
 
@@ -40,10 +42,9 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from .env import Observation
+    from .numbering import Next, StepNumber
     from .rewards import Reward
     from .settings import Settings
-
-GOAL_PARTS = ("observation", "achieved_goal", "desired_goal")
 
 
 class FetchVecEnv(VecEnv):
@@ -77,6 +78,8 @@ class FetchVecEnv(VecEnv):
         )
         spaces = self.envs.single_observation_space, self.envs.single_action_space
         super().__init__(num_envs, *spaces)
+        self._step_numbers = [StepNumbers() for _ in range(num_envs)]
+        self._seen = self.envs._native.numbers()  # noqa: SLF001
 
     def reset(self) -> Observation:
         """Begin an episode in each environment, with the seeds of ``seed``."""
@@ -87,6 +90,9 @@ class FetchVecEnv(VecEnv):
         observations, _ = self.envs.reset(seed=seeds, options=self._options[0])
         self._reset_seeds()
         self._reset_options()
+        for env_index, numbers in enumerate(self._step_numbers):
+            numbers.begin(_row(observations, env_index))
+        self._seen = self.envs._native.numbers()  # noqa: SLF001
         return observations
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
@@ -106,12 +112,19 @@ class FetchVecEnv(VecEnv):
         dones = terminated | truncated
         final = infos.get("final_info", {}).get("is_success")
         each: list[dict[str, Any]] = []
+        seen, self._seen = self._seen, self.envs._native.numbers()  # noqa: SLF001
         for env_index, done in enumerate(dones.tolist()):
+            numbers = self._step_numbers[env_index]
             success = final if done else infos["is_success"]
             cut_off = done and not terminated[env_index]
             info = {"is_success": success[env_index], "TimeLimit.truncated": cut_off}
             if done:
                 info["terminal_observation"] = infos["final_obs"][env_index]
+            if self._seen[env_index] != seen[env_index] + 1:
+                numbers.lose()  # something else has used the vector inside
+            numbers.count(info)
+            if done:
+                numbers.begin(_row(observations, env_index))
             each.append(info)
         return observations, rewards.astype(np.float32), dones, each
 
@@ -148,6 +161,10 @@ class FetchVecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
 
+def _row(observations: Observation, env_index: int) -> Observation:
+    return {part: numbers[env_index] for part, numbers in observations.items()}
+
+
 class HerReplayBuffer(TheirHerReplayBuffer):
     """The buffer of :mod:`fetch_env` in place of Stable-Baselines3's ``HerReplayBuffer``.
 
@@ -160,6 +177,11 @@ class HerReplayBuffer(TheirHerReplayBuffer):
     ``replay_buffer_kwargs``: a function of achieved goals and desired goals, ``float32`` arrays of
     shape (N, 3), and infos, a list of N empty dictionaries, that returns the N rewards of a whole
     batch. The others keep their own.
+
+    Where an environment is used otherwise, an episode ends with the steps it has: when ``learn`` is
+    called again, after ``set_env`` and ``evaluate_policy``, and after a reset or a step of your
+    own. Stable-Baselines3 then acts once on an observation of before, and this step, which never
+    happened, is not stored. For that, the environments add ``"fetch_env.step"`` to the infos.
 
     Raises:
         ValueError: If an environment, a wrapper or a subclass has rewards of its own and ``reward``
@@ -217,11 +239,18 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         self._make = env.env_method("config_arguments", indices=[0])[0]
         self._episode_len = max(env.get_attr(TIME_LIMIT)) if env.has_attr(TIME_LIMIT) else None
         self._native = self._empty()
+        self._next: list[Next | None] = [None] * n_envs
+        self._number_steps(env)
         self._check_kind(env)
 
     def _check_kind(self, env: VecEnv) -> None:
         for settings in env.env_method("config_arguments"):
             self._native.check_kind(_native.Config(**settings))
+
+    def _number_steps(self, env: VecEnv) -> None:
+        """Let the environments number their steps; ours for Stable-Baselines3 always do."""
+        with contextlib.suppress(AttributeError):
+            env.env_method("number_steps")
 
     def _empty(self) -> _native.Buffer:
         self._config, has_own_reward = _native.Config(**self._make), self._reward is not None
@@ -237,6 +266,7 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         """
         self._check_kind(env)
         super().set_env(env)
+        self._number_steps(env)
 
     def add(  # type: ignore[override]  # noqa: PLR0913, PLR0917
         self,
@@ -251,25 +281,47 @@ class HerReplayBuffer(TheirHerReplayBuffer):
 
         Raises:
             ValueError: If a reward is not that of the environment's settings, as a wrapper gives,
-                and there is no ``reward`` to relabel with.
+                and there is no ``reward`` to relabel with, if one action took several steps, or if
+                a number cannot be stored.
         """
+        cut_off = [bool(info.get("TimeLimit.truncated", False)) for info in infos]
+        terminated = [each and not cut for each, cut in zip(done.tolist(), cut_off, strict=True)]
+        took_place = self._took_place(obs, done.tolist(), infos)
         if self._reward is None:
             goals = next_obs["achieved_goal"], next_obs["desired_goal"]
             self._config.check_rewards(*goals, reward)
+        self._native.add_steps(
+            obs["observation"],
+            obs["achieved_goal"],
+            obs["desired_goal"],
+            action,
+            next_obs["observation"],
+            next_obs["achieved_goal"],
+            next_obs["desired_goal"],
+            reward,
+            terminated,
+            cut_off,
+            took_place,
+        )
+
+    def _took_place(
+        self, obs: Observation, done: list[bool], infos: list[dict[str, Any]]
+    ) -> list[bool]:
+        """Tell for each environment whether its step began at the observation.
+
+        Steps have no numbers after ``set_env``, of which the buffer is not told.
+        """
+        took_place = []
         for env_index, info in enumerate(infos):
-            if self._native.unfinished_steps(env_index) is None:
-                start = (obs[part][env_index] for part in GOAL_PARTS)
-                self._native.begin_episode(env_index, *start)
-            cut_off = bool(info.get("TimeLimit.truncated", False))
-            self._native.add_step(
-                env_index,
-                action[env_index],
-                next_obs["observation"][env_index],
-                next_obs["achieved_goal"][env_index],
-                float(reward[env_index]),
-                bool(done[env_index]) and not cut_off,
-                cut_off,
-            )
+            number: StepNumber | None = info.get(KEY)
+            if number is None:
+                took_place.append(True)
+                self._next[env_index] = None
+            else:
+                expected = self._next[env_index]
+                took_place.append(begins_at(number, expected, obs, env_index))
+                self._next[env_index] = next_of(number, done=done[env_index])
+        return took_place
 
     def sample(  # type: ignore[override]
         self, batch_size: int, env: VecNormalize | None = None
@@ -337,6 +389,7 @@ class HerReplayBuffer(TheirHerReplayBuffer):
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Recreate the buffer; ``set_env`` is not needed to draw from it."""
         contents = state.pop("_native")
+        state.setdefault("_next", [None] * state["n_envs"])
         super().__setstate__(state)
         self._native = self._empty()
         self._native.set_bytes(contents)
