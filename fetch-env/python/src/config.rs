@@ -219,11 +219,15 @@ impl Config {
         achieved_goal: &Bound<'_, PyAny>,
         desired_goal: &Bound<'_, PyAny>,
         reward: &Bound<'_, PyAny>,
+        is_checked: Vec<bool>,
     ) -> Result<()> {
         let goals = Goals::take(achieved_goal, desired_goal)?;
         let rewards = Numbers::of_shape("reward", reward, &goals.batch_shape)?.to_double();
         let expected = self.config.distance_reward();
-        for (row, ((achieved, desired), actual)) in goals.pairs()?.iter().zip(rewards).enumerate() {
+        let pairs = goals.pairs()?;
+        let rows = pairs.iter().zip(rewards).zip(is_checked).enumerate();
+        for (row, ((pair, actual), _)) in rows.filter(|(_, (_, is_checked))| *is_checked) {
+            let (achieved, desired) = pair;
             let reward = expected.reward(achieved, desired);
             let beyond = goal_distance(achieved, desired) - expected.threshold().get();
             let may_be_either = expected.kind() == RewardKind::Sparse && beyond.abs() < ROUNDING;

@@ -168,11 +168,13 @@ impl Buffer {
         action: &Bound<'_, PyAny>,
         next_observation: &Bound<'_, PyAny>,
         next_achieved_goal: &Bound<'_, PyAny>,
+        desired_goal: &Bound<'_, PyAny>,
         reward: f64,
         terminated: bool,
         truncated: bool,
     ) -> Result<()> {
         let Dims { observation: width, goal, action: action_len } = self.dims;
+        let desired_goal = numbers("desired_goal", desired_goal, &[goal])?;
         let step = StepData {
             action: &numbers("action", action, &[action_len])?,
             next_observation: &numbers("observation", next_observation, &[width])?,
@@ -182,13 +184,23 @@ impl Buffer {
             truncated,
             fields: &[],
         };
-        self.contents.lock(py)?.buffer.add_step(env_index.0, &step).map_err(Error::value)
+        let buffer = &mut self.contents.lock(py)?.buffer;
+        let of_episode = buffer.unfinished_goal(env_index.0).map_err(Error::value)?;
+        let is_same = |of_episode: &[f32]| {
+            of_episode.iter().zip(&desired_goal).all(|(kept, goal)| *kept == *goal as f32)
+        };
+        if !of_episode.is_none_or(is_same) {
+            return Err(Error::value(
+                "desired_goal is not that of the episode under way, which has one goal: call \
+                 end_episode(), and begin_episode() with the observation that has the new goal",
+            ));
+        }
+        buffer.add_step(env_index.0, &step).map_err(Error::value)
     }
 
     /// Adds a step of each environment, a row for each, with the states before it. Where that is
     /// not the last one of the episode under way, this ends, and another begins. A step that did
-    /// not take place, or that led to another goal without ending its episode, ends the one under
-    /// way, and is left out.
+    /// not take place ends the one under way, and is left out.
     #[expect(clippy::too_many_arguments, reason = "they are columns")]
     fn add_steps(
         &self,
@@ -199,7 +211,6 @@ impl Buffer {
         action: &Bound<'_, PyAny>,
         next_observation: &Bound<'_, PyAny>,
         next_achieved_goal: &Bound<'_, PyAny>,
-        next_desired_goal: &Bound<'_, PyAny>,
         reward: &Bound<'_, PyAny>,
         terminated: Vec<bool>,
         truncated: Vec<bool>,
@@ -215,7 +226,6 @@ impl Buffer {
         let action = column("action", action, dims.action)?;
         let next_observation = column("next_observation", next_observation, dims.observation)?;
         let next_achieved_goal = column("next_achieved_goal", next_achieved_goal, dims.goal)?;
-        let next_desired_goal = column("next_desired_goal", next_desired_goal, dims.goal)?;
         let reward = numbers("reward", reward, &[rows])?;
         for (name, flags) in
             [("terminated", &terminated), ("truncated", &truncated), ("took_place", &took_place)]
@@ -240,10 +250,7 @@ impl Buffer {
                 truncated: truncated[env_index],
                 fields: &[],
             };
-            let has_one_goal = step.terminated
-                || step.truncated
-                || start.desired_goal == next_desired_goal.row(env_index);
-            let step = (took_place[env_index] && has_one_goal).then_some(&step);
+            let step = took_place[env_index].then_some(&step);
             add_step_from(buffer, env_index, &start, step).map_err(Error::value)?;
         }
         Ok(())

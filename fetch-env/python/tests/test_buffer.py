@@ -107,6 +107,20 @@ class VectorJudging(gymnasium.vector.VectorWrapper):
     compute_reward = Judging.compute_reward
 
 
+class Forwarding(gymnasium.Wrapper):
+    """Forwards what it does not have, as many wrappers do."""
+
+    def __getattr__(self, name):
+        return getattr(self.env, name)
+
+
+class ForwardingJudge(Forwarding):
+    """Has rewards of its own among what it forwards."""
+
+    def __getattr__(self, name):
+        return flat if name == "compute_reward" else super().__getattr__(name)
+
+
 def with_attribute(make, where=lambda env: env):
     """Return an environment whose function was replaced."""
 
@@ -151,6 +165,7 @@ OWN_REWARDS = {
     "subclass of the vector": lambda: VectorOfXAndY("FetchPush-v4", 2),
     "wrapper": lambda: Judging(single()),
     "wrapper in wrappers": lambda: gymnasium.wrappers.RescaleAction(Judging(single()), -1, 1),
+    "wrapper that forwards": lambda: ForwardingJudge(single()),
     "wrapper of the vector": lambda: VectorJudging(vector()),
     "attribute": with_attribute(fetch_env.FetchEnv),
     "attribute of the vector": with_attribute(fetch_env.FetchVectorEnv),
@@ -187,6 +202,7 @@ def test_wrappers_with_the_same_rewards_are_taken(actions):
     for wrapped in (
         single(),
         gymnasium.wrappers.RecordEpisodeStatistics(single()),
+        Forwarding(single()),
         gymnasium.wrappers.vector.RecordEpisodeStatistics(vector()),
     ):
         assert fetch_env.HerBuffer(wrapped, STEPS).capacity == STEPS
@@ -329,6 +345,23 @@ def test_states_and_steps_of_another_shape_are_refused():
         with pytest.raises(ValueError, match=f"{part} has the shape"):
             step(np.zeros(4), **{part: state[part][None]})
     assert buffer.unfinished_steps() == 0
+
+
+def test_an_episode_has_one_goal():
+    env = fetch_env.FetchEnv("FetchReach-v4")
+    buffer = fetch_env.HerBuffer(env, 1000)
+    buffer.begin_episode(env.reset(seed=0)[0])
+    action = np.zeros(4, np.float32)
+
+    def step():
+        observation, reward, terminated, truncated, _ = env.step(action)
+        buffer.add_step(action, observation, reward, terminated=terminated, truncated=truncated)
+
+    step()
+    env.goal = env.goal + 0.01
+    with pytest.raises(ValueError, match="desired_goal is not that of the episode under way"):
+        step()
+    assert buffer.unfinished_steps() == 1
 
 
 def draws(buffer, count=3):

@@ -18,6 +18,16 @@ impl<T: Scalar> HerBuffer<T> {
         Ok(is_under_way.then_some(steps.min(self.config.capacity())))
     }
 
+    /// Returns the goal of the environment's unfinished episode, `dims.goal` elements; `None` if
+    /// none is under way.
+    ///
+    /// # Errors
+    /// [`AddError::UnknownEnv`].
+    pub fn unfinished_goal(&self, env_index: usize) -> Result<Option<&[T]>, AddError> {
+        let is_under_way = self.is_under_way(env_index)?;
+        Ok(is_under_way.then_some(&*self.unfinished[env_index].desired_goal))
+    }
+
     /// Begins an episode of an environment, after its reset.
     ///
     /// # Errors

@@ -53,7 +53,11 @@ class Config:
         self, achieved_goal: ArrayLike, desired_goal: ArrayLike
     ) -> float | NDArray[np.floating[Any]]: ...
     def check_rewards(
-        self, achieved_goal: ArrayLike, desired_goal: ArrayLike, reward: ArrayLike
+        self,
+        achieved_goal: ArrayLike,
+        desired_goal: ArrayLike,
+        reward: ArrayLike,
+        is_checked: list[bool],
     ) -> None: ...
     def compute_terminated(
         self, achieved_goal: ArrayLike, desired_goal: ArrayLike
@@ -158,6 +162,7 @@ class Buffer:
         action: ArrayLike,
         next_observation: ArrayLike,
         next_achieved_goal: ArrayLike,
+        desired_goal: ArrayLike,
         reward: float,
         terminated: bool,
         truncated: bool,
@@ -170,7 +175,6 @@ class Buffer:
         action: ArrayLike,
         next_observation: ArrayLike,
         next_achieved_goal: ArrayLike,
-        next_desired_goal: ArrayLike,
         reward: ArrayLike,
         terminated: list[bool],
         truncated: list[bool],

@@ -161,13 +161,18 @@ class HerBuffer:
         """Add what a step of one environment returned to the episode that was begun.
 
         The episode is stored when it ends: by its last step, or by :meth:`end_episode`.
+
+        Raises:
+            ValueError: If no episode is under way, a number is not finite, or the observation has
+                another goal than the one with which the episode began.
         """
-        observed, achieved_goal, _ = parts(observation)
+        observed, achieved_goal, desired_goal = parts(observation)
         self._native.add_step(
             env_index,
             action,
             observed,
             achieved_goal,
+            desired_goal,
             reward,
             terminated,
             truncated,

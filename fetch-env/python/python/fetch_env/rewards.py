@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import gymnasium
@@ -35,8 +34,10 @@ _REWARD_WRAPPERS = (
 
 class _ChangesRewards(type):
     def __instancecheck__(cls, wrapper: object) -> bool:
-        own = inspect.getattr_static(wrapper, "compute_reward", None)
-        return own is not None or isinstance(wrapper, _REWARD_WRAPPERS)
+        # Some wrappers forward what they do not have to the environment.
+        method = getattr(wrapper, "compute_reward", None)
+        is_own = method is not None and getattr(method, "__func__", None) is not _COMPUTE_REWARD
+        return is_own or isinstance(wrapper, _REWARD_WRAPPERS)
 
 
 class ChangesRewards(metaclass=_ChangesRewards):

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from stable_baselines3.common.buffers import BaseBuffer
 from stable_baselines3.common.type_aliases import DictReplayBufferSamples
-from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize, unwrap_vec_normalize
 from stable_baselines3.her import GoalSelectionStrategy
 from stable_baselines3.her import HerReplayBuffer as TheirHerReplayBuffer
 
@@ -182,6 +182,8 @@ class HerReplayBuffer(TheirHerReplayBuffer):
     called again, after ``set_env`` and ``evaluate_policy``, and after a reset or a step of your
     own. Stable-Baselines3 then acts once on an observation of before, and this step, which never
     happened, is not stored. For that, the environments add ``"fetch_env.step"`` to the infos.
+    Within ``VecNormalize``, the last observation of an episode is the one that Stable-Baselines3
+    gives to its own buffer, too: normalized, clipped and scaled back.
 
     Raises:
         ValueError: If an environment, a wrapper or a subclass has rewards of its own and ``reward``
@@ -286,10 +288,18 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         """
         cut_off = [bool(info.get("TimeLimit.truncated", False)) for info in infos]
         terminated = [each and not cut for each, cut in zip(done.tolist(), cut_off, strict=True)]
+        keeps_goal = (obs["desired_goal"] == next_obs["desired_goal"]).all(axis=1) | done
         took_place = self._took_place(obs, done.tolist(), infos)
+        took_place = [took and keeps for took, keeps in zip(took_place, keeps_goal, strict=True)]
         if self._reward is None:
             goals = next_obs["achieved_goal"], next_obs["desired_goal"]
-            self._config.check_rewards(*goals, reward)
+            is_checked = took_place
+            if self.env is not None and unwrap_vec_normalize(self.env) is not None:
+                # It clips the last observations of episodes, which the buffer gets.
+                is_checked = [
+                    took and not last for took, last in zip(took_place, done, strict=True)
+                ]
+            self._config.check_rewards(*goals, reward, is_checked)
         self._native.add_steps(
             obs["observation"],
             obs["achieved_goal"],
@@ -297,7 +307,6 @@ class HerReplayBuffer(TheirHerReplayBuffer):
             action,
             next_obs["observation"],
             next_obs["achieved_goal"],
-            next_obs["desired_goal"],
             reward,
             terminated,
             cut_off,

@@ -258,6 +258,30 @@ def test_uses_behind_the_models_back_are_noticed():
     stored(learner.replay_buffer, happened)
 
 
+def test_what_vec_normalize_shows_of_another_episode_is_left_out():
+    env = environments("normalized", {})
+    learner = learner_of(env)
+    learner.learn(10)
+    buffer = learner.replay_buffer
+    before = buffer._native.unfinished_steps(0)  # noqa: SLF001
+    shown = learner._last_original_obs  # noqa: SLF001
+    # As after an evaluation in a callback: an observation of another episode, and a reward of it.
+    other = {part: numbers + 1.0 for part, numbers in shown.items()}
+    infos = env.step(np.zeros((NUM_ENVS, 4), np.float32))[3]
+    goes_on = np.zeros(NUM_ENVS, np.bool_)
+    buffer.add(shown, other, np.zeros((NUM_ENVS, 4)), np.full(NUM_ENVS, -0.5), goes_on, infos)
+    assert before == 10 // NUM_ENVS
+    assert buffer.size() == 10
+    assert buffer._native.unfinished_steps(0) is None  # noqa: SLF001
+
+
+def test_last_observations_that_vec_normalize_clips_are_no_other_rewards():
+    env = VecNormalize(sb3.FetchVecEnv("FetchReachDense-v4", NUM_ENVS), clip_obs=0.01)
+    learner = learner_of(env)
+    learner.learn(210)
+    assert learner.replay_buffer.size() == 200
+
+
 class Repeats(gymnasium.Wrapper):
     """Takes each action twice."""
 
