@@ -364,6 +364,28 @@ def test_an_episode_has_one_goal():
     assert buffer.unfinished_steps() == 1
 
 
+def test_a_reward_that_is_assigned_later_is_noticed():
+    env = single()
+    buffer = fetch_env.HerBuffer(env, 1000)
+    buffer.begin_episode(env.reset(seed=0)[0])
+    env.unwrapped.target_range = 0.1
+    action = np.zeros(4, np.float32)
+
+    def step():
+        observation, reward, terminated, truncated, _ = env.step(action)
+        buffer.add_step(action, observation, reward, terminated=terminated, truncated=truncated)
+
+    step()
+    for name, value in {"distance_threshold": 0.3, "reward_type": "dense"}.items():
+        before = getattr(env.unwrapped, name)
+        setattr(env.unwrapped, name, value)
+        with pytest.raises(ValueError, match="transitions of another kind"):
+            step()
+        setattr(env.unwrapped, name, before)
+    step()
+    assert copy.deepcopy(buffer).unfinished_steps() == 2
+
+
 def draws(buffer, count=3):
     return [buffer.sample(16)["action"].tobytes() for _ in range(count)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import warnings
+import weakref
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import gymnasium
@@ -64,6 +65,9 @@ class HerBuffer:
     # What pickles without them had.
     _reward: Reward | None = None
     _episode_len: int | None = None
+    # What copies and pickles lack: the environment, and its settings when they were compared.
+    _env: weakref.ref[GoalRewards] | None = None
+    _known: _native.Config | None = None
 
     def __init__(
         self,
@@ -90,6 +94,15 @@ class HerBuffer:
         self._seeds = Seeds(seed)
         num_envs = 1 if isinstance(env, gymnasium.Env) else env.num_envs
         self._native = self._empty(capacity, num_envs)
+        self._env = weakref.ref(inner)
+        self._check_env()
+
+    def _check_env(self) -> None:
+        """Raise an error if the environment's reward was changed by assigning attributes."""
+        inner = None if self._env is None else self._env()
+        if inner is not None and inner._config is not self._known:  # noqa: SLF001
+            self._native.check_kind(inner._config)  # noqa: SLF001
+            self._known = inner._config  # noqa: SLF001
 
     def _empty(self, capacity: int, num_envs: int) -> _native.Buffer:
         config, has_own_reward = _native.Config(**self._make), self._reward is not None
@@ -142,7 +155,13 @@ class HerBuffer:
         self._native.resume(recorded_vector(envs)._native)  # noqa: SLF001
 
     def begin_episode(self, observation: Observation, *, env_index: int = 0) -> None:
-        """Begin an episode of one environment with its first observation."""
+        """Begin an episode of one environment with its first observation.
+
+        Raises:
+            ValueError: If an episode is under way, a number is not finite, or the environment with
+                which the buffer was made has another reward by now.
+        """
+        self._check_env()
         self._native.begin_episode(
             env_index,
             *parts(observation),
@@ -163,9 +182,11 @@ class HerBuffer:
         The episode is stored when it ends: by its last step, or by :meth:`end_episode`.
 
         Raises:
-            ValueError: If no episode is under way, a number is not finite, or the observation has
-                another goal than the one with which the episode began.
+            ValueError: If no episode is under way, a number is not finite, the observation has
+                another goal than the one with which the episode began, or the environment with
+                which the buffer was made has another reward by now.
         """
+        self._check_env()
         observed, achieved_goal, desired_goal = parts(observation)
         self._native.add_step(
             env_index,
@@ -276,6 +297,7 @@ class HerBuffer:
     def __getstate__(self) -> dict[str, Any]:
         """Return what pickling and copying keep: all episodes, those under way included."""
         state = self.__dict__.copy()
+        del state["_env"], state["_known"]
         shape = self._native.capacity, self._native.num_envs
         state["_native"] = (*shape, self._native.to_bytes())
         return state
@@ -283,7 +305,7 @@ class HerBuffer:
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Recreate the buffer with the episodes that it had."""
         capacity, num_envs, contents = state.pop("_native")
-        self.__dict__.update({"_seeds": Seeds(None), **state})
+        self.__dict__.update({"_env": None, "_known": None, "_seeds": Seeds(None), **state})
         self._native = self._empty(capacity, num_envs)
         self._native.set_bytes(contents)
 
