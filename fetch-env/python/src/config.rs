@@ -182,7 +182,7 @@ impl Config {
             _ => "builtin".to_owned(),
         };
         format!(
-            "{}, reward_type={:?}, distance_threshold={}, n_substeps={}, model={model:?}",
+            "{}, reward_type={:?}, distance_threshold={:?}, n_substeps={}, model={model:?}",
             EnvId { reward: RewardKind::Sparse, ..self.id },
             self.reward_type(),
             config.distance_threshold().get(),

@@ -1,4 +1,4 @@
-"""The buffer for Stable-Baselines3 stores what happened, whoever resets the environments."""
+"""The buffer for Stable-Baselines3 stores what happened, also where something else resets."""
 
 import gymnasium
 import numpy as np
@@ -45,7 +45,7 @@ class Spy(VecEnvWrapper):
 
 
 def watched(env, happened):
-    """Keep the transitions of a single environment, whoever calls it."""
+    """Keep the transitions of a single environment, also those of other callers."""
     step = env.unwrapped.step
 
     def watched_step(action):
@@ -59,7 +59,7 @@ def watched(env, happened):
 
 
 def watched_vector(envs, happened):
-    """Keep the transitions of a vector, whoever calls it."""
+    """Keep the transitions of a vector, also those of other callers."""
     step, reset = envs.step, envs.reset
     shown = {}
 
