@@ -38,7 +38,7 @@ def test_negative_numbers_mean_nothing(name):
     [
         ({"distance_treshold": 0.1}, "no setting distance_treshold: did you mean distance_thresh"),
         ({"obj_range": 0.1}, "did you mean object_range"),
-        ({"frame_skip": 3}, "The settings are model, reward_type"),
+        ({"frame_skip": 3}, "the settings are model, reward_type"),
     ],
 )
 def test_settings_that_do_not_exist(settings, message):

@@ -105,7 +105,7 @@ class Attributes(GoalRewards):
     """What one environment and a vector have in common of the reference's attributes.
 
     Settings of the reward count from the assignment on, and those of what is drawn from the next
-    reset on, as in the reference. A replay buffer keeps the settings with which it was made.
+    reset on, as in the reference. A replay buffer that was made before takes no more steps then.
     """
 
     _native: Env | VecEnv

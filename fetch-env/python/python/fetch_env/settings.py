@@ -56,7 +56,7 @@ def make_config(env_id: str, **settings: Any) -> _native.Config:
     for name in settings:
         if name not in NAMES:
             nearest = difflib.get_close_matches(name, NAMES, 1)
-            hint = f", did you mean {nearest[0]}?" if nearest else ""
+            hint = f": did you mean {nearest[0]}?" if nearest else ""
             message = f"there is no setting {name}{hint} (the settings are {', '.join(NAMES)})"
             raise TypeError(message)
     return _native.Config(env_id, **settings)
