@@ -85,7 +85,7 @@ pub enum MakeError {
     /// The spaces cannot be made.
     #[error(transparent)]
     Space(#[from] SpaceError),
-    /// The caller of [`make_vec_while`](crate::make_vec_while) has stopped it.
+    /// The caller of `make_vec_while` has stopped it.
     #[error("not all environments were made, because the caller has stopped it")]
     Stopped,
     /// The environments cannot be stepped together.
