@@ -69,14 +69,14 @@ pub(super) fn kind_of_entry(path: &Path) -> io::Result<Option<FileType>> {
 /// Opens the file that replaces a link. It gets the permissions of a new file: a link's own allow
 /// everybody to write, and its owner can be another user.
 fn open_as_new(path: &Path) -> io::Result<AtomicWriteFile> {
-    let mut options = AtomicWriteFile::options();
     #[cfg(unix)]
     {
         use atomic_write_file::unix::OpenOptionsExt;
 
-        options.preserve_mode(false).preserve_owner(false);
+        AtomicWriteFile::options().preserve_mode(false).preserve_owner(false).open(path)
     }
-    options.open(path)
+    #[cfg(not(unix))]
+    AtomicWriteFile::open(path)
 }
 
 /// Removes the names other than `path` that a file has in its directory, if possible: a failed

@@ -72,7 +72,9 @@ fn with_mpi(
     let rank = workers.rank();
     match run(&|| Box::new(workers.clone())) {
         Err(error) if !error.is::<Stopped>() => {
-            tell(rank, &format!("{error:#}"));
+            // Those of wrong flags are clap's, which begin with the word themselves.
+            let error = format!("{error:#}");
+            tell(rank, error.trim_start_matches("error: ").trim_end());
             // This ends all ranks.
             drop(workers);
             Ok(false)
