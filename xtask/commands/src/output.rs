@@ -33,9 +33,10 @@ pub fn write_line(line: fmt::Arguments<'_>) -> anyhow::Result<()> {
     writeln!(io::stdout(), "{line}").context(Unwritable)
 }
 
-/// Prints a line to standard error, and ignores a failure to do so.
+/// Prints a line to standard error, and ignores a failure to do so. It is written in one piece, so
+/// that lines of other processes, such as `mpirun`, come before or after it.
 pub fn tell(line: impl fmt::Display) {
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
 /// Prints why a command ended, and returns its exit code: 2 for wrong arguments, otherwise 1. A
