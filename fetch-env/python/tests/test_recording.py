@@ -153,7 +153,7 @@ def test_copies_go_on_with_copies_of_the_environments_only(envs, actions):
 
 
 class Noisy(VectorWrapper):
-    """A wrapper that nobody knows."""
+    """A wrapper that the buffer does not know."""
 
     def step(self, actions):
         return self.env.step(actions * 0.5)
