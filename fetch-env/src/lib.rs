@@ -14,7 +14,7 @@
 //! ```
 //! use fetch_env::{Env, GoalEnvExt, GoalObservation, make_kinematic};
 //!
-//! // `make` does the same on MuJoCo; this stand-in for the physics needs no library.
+//! // `make` does the same on MuJoCo; the kinematic simulator needs no library.
 //! let mut env = make_kinematic("FetchReachDense-v4")?;
 //! let mut observation = env.reset(Some(42))?.observation;
 //! loop {

@@ -3,7 +3,7 @@
 //!     cargo run -p fetch-sim --example push
 //!     cargo run -p fetch-sim --example push --no-default-features
 //!
-//! The second command needs no MuJoCo: it runs on the kinematic stand-in.
+//! The second command needs no MuJoCo: it runs on the kinematic simulator.
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 
 use std::error::Error;

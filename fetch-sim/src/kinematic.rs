@@ -1,4 +1,4 @@
-//! The kinematic stand-in for the physics.
+//! The kinematic simulator.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ const SLIDE_FRICTION: f64 = 1.0;
 /// Free fall, in meters per second squared.
 const GRAVITY: f64 = 9.81;
 
-/// A stand-in for the physics: a gripper that follows its commands, and an object that is pushed,
+/// The kinematic simulator: a gripper that follows its commands, and an object that is pushed,
 /// carried, dropped and slid by simple rules.
 ///
 /// It needs no library, costs almost nothing and gives the same bits on every machine, so code

@@ -2,7 +2,7 @@
 //!
 //! [`Simulator`] is the trait through which an environment uses a simulated robot.
 //! `MujocoSimulator` (feature `mujoco`, on by default) is the physics, with the same steps as
-//! gymnasium-robotics 1.4.2; [`KinematicSimulator`] is a stand-in without physics, for tests on
+//! gymnasium-robotics 1.4.2; [`KinematicSimulator`] follows simple rules instead, for tests on
 //! machines without MuJoCo.
 //!
 //! The binding below it consists of `Model`, shared by any number of simulations on any number of

@@ -1,4 +1,4 @@
-//! The stand-in for the physics behaves as the tests of the layers above expect.
+//! The kinematic simulator behaves as the tests of the layers above expect.
 
 use fetch_sim::{Control, KinematicSimulator, SimConfig, SimError, Simulator, Task};
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! Environments on the stand-in for the physics, single or vectorized.
+//! Environments on the kinematic simulator, single or vectorized.
 
 use fetch_sim::{KinematicSimulator, Task};
 use goal_reward::DistanceReward;
@@ -15,8 +15,9 @@ use crate::gym::{
 pub type KinematicEnv<R = DistanceReward, T = Task> =
     Wrapped<FetchEnv<KinematicSimulator, R, T>, TimeLimit>;
 
-/// Creates an environment as `make` does on MuJoCo, but on the [stand-in](KinematicSimulator) for
-/// the physics, to test code that uses environments on machines without MuJoCo.
+/// Creates an environment as `make` does on MuJoCo, but on the
+/// [kinematic simulator](KinematicSimulator), to test code that uses environments on machines without
+/// MuJoCo.
 ///
 /// # Errors
 /// [`MakeError::UnknownId`], which lists the nearest names, if no environment has this name.
@@ -28,7 +29,7 @@ pub fn make_kinematic(
     Ok(FetchEnv::new(config, simulator)?.time_limited())
 }
 
-/// Creates `num_envs` environments as `make_vec` does on MuJoCo, but on the stand-in.
+/// Creates `num_envs` environments as `make_vec` does on MuJoCo, but on the kinematic simulator.
 ///
 /// ```
 /// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};

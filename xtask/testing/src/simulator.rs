@@ -66,7 +66,7 @@ impl<S: Simulator, H: OnStep<S>> Simulator for Delegating<S, H> {
 /// The result of a step in which the gripper goes down.
 pub type Fault = fn() -> Result<(), SimError>;
 
-/// The kinematic stand-in with a fault.
+/// The kinematic simulator with a fault.
 pub type Faulty = Delegating<KinematicSimulator, Fault>;
 
 impl Faulty {

@@ -26,7 +26,7 @@ pub(crate) trait Backend {
     fn simulator(config: &SimConfig) -> Result<Self::Sim, SimError>;
 }
 
-/// The stand-in for the physics.
+/// The kinematic simulator.
 pub(crate) struct Kinematic;
 
 impl Backend for Kinematic {
