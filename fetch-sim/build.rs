@@ -5,14 +5,9 @@
 //! Without headers the crate is built without the shim (`fetch_sim_no_shim`): it compiles, and
 //! loading MuJoCo is an error.
 
-mod find_mujoco;
-#[allow(dead_code, reason = "only MuJoCo is looked for")]
-#[path = "src/installation.rs"]
-mod installation;
-
 use std::{env, path::Path};
 
-use self::find_mujoco::{Found, SYSTEM_PREFIXES, find_mujoco};
+use fetch_install::{Found, SYSTEM_PREFIXES, find_mujoco, mujoco_dir};
 
 /// The shim.
 const SOURCES: [&str; 6] = ["library", "model", "data", "contact_filter", "separation", "shapes"];
@@ -24,7 +19,7 @@ const WAYS_OUT: &str = "install Debian's library (apt-get update && apt-get inst
 
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(fetch_sim_no_shim)");
-    for file in ["build.rs", "find_mujoco.rs", "src/installation.rs", "shim"] {
+    for file in ["build.rs", "shim"] {
         println!("cargo::rerun-if-changed={file}");
     }
     if env::var_os("CARGO_FEATURE_MUJOCO").is_none() {
@@ -43,7 +38,7 @@ fn main() {
 /// Builds the crate without the shim, until there are headers.
 fn without_shim() {
     println!("cargo::rustc-cfg=fetch_sim_no_shim");
-    if installation::mujoco_dir().is_some() {
+    if mujoco_dir().is_some() {
         return; // as the user asked
     }
     println!(
@@ -65,7 +60,7 @@ fn sources(os: &str) -> impl Iterator<Item = &'static str> {
     SOURCES.into_iter().chain([loader]).chain(render.into_iter().flatten())
 }
 
-fn compile(Found { include, library }: &Found) {
+fn compile(Found { include, library, .. }: &Found) {
     // The folder, because packages unpack headers with the time stamps of their release.
     println!("cargo::rerun-if-changed={}", include.join("mujoco").display());
     let os = env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();

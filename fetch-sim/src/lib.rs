@@ -151,17 +151,12 @@ mod config;
 pub mod download;
 mod error;
 mod extension;
-#[cfg_attr(not(feature = "mujoco"), allow(dead_code, reason = "only MuJoCo is looked for"))]
-mod installation;
 mod kinematic;
 mod model_files;
 #[cfg(feature = "mujoco")]
 mod mujoco;
 mod object;
 mod privileges;
-#[cfg(any(feature = "mujoco", feature = "download"))]
-#[cfg_attr(not(feature = "download"), allow(dead_code, reason = "only downloads are read"))]
-mod regular_file;
 mod simulator;
 mod task;
 

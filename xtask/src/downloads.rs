@@ -3,14 +3,13 @@
 
 use std::{fs, path::PathBuf};
 
+use fetch_install::download::{
+    DownloadError, export_line, mujoco, mujoco_for, mujoco_from_wheel, reference_model,
+    reference_model_from_wheel,
+};
 use lexopt::{
     Arg::{Long, Value},
     Parser, ValueExt,
-};
-
-use crate::download::{
-    DownloadError, export_line, mujoco, mujoco_for, mujoco_from_wheel, reference_model,
-    reference_model_from_wheel,
 };
 
 pub fn assets(mut arguments: Parser) -> anyhow::Result<bool> {

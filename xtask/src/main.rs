@@ -12,21 +12,13 @@
 extern crate commands;
 
 mod ci;
-#[path = "../../fetch-sim/src/download/mod.rs"]
-mod download;
 mod downloads;
-#[path = "../../fetch-sim/find_mujoco.rs"]
-mod find_mujoco;
 mod fuzz;
-#[path = "../../fetch-sim/src/installation.rs"]
-mod installation;
 mod mutants;
 mod packages;
 mod platforms;
 mod projects;
 mod python;
-#[path = "../../fetch-sim/src/regular_file.rs"]
-mod regular_file;
 mod sanitize;
 mod tools;
 
@@ -37,10 +29,7 @@ use std::{
 
 use anyhow::{Context, ensure};
 use commands::{COMMANDS, Listed, Program};
-
-use self::find_mujoco::find_mujoco;
-// The modules of fetch-sim that are included here use this name.
-use self::installation as cache;
+use fetch_install::find_mujoco;
 
 /// The commands that xtask runs itself.
 const OWN: [commands::Command; 11] = [
@@ -167,7 +156,7 @@ fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
     let missing = match find_mujoco(c_compiler) {
         Ok(Some(_)) => None,
         Ok(None) => Some("MuJoCo's headers were not found".to_owned()),
-        Err(wrong) => Some(wrong),
+        Err(wrong) => Some(wrong.to_string()),
     };
     if let Some(missing) = missing {
         let fix = "apt-get update && apt-get install -y libmujoco-dev, or \

@@ -8,8 +8,9 @@ use lexopt::{Arg::Long, Parser};
 use crate::tools::{NIGHTLY, ROOT, cargo, install_toolchain, on_toolchain, succeeds, tool};
 
 /// The library crates, by folder and by package.
-const CRATES: [(&str, &str); 5] = [
+const CRATES: [(&str, &str); 6] = [
     ("goal-reward", "goal-reward"),
+    ("fetch-sim/install", "fetch-install"),
     ("fetch-sim", "fetch-sim"),
     ("fetch-env", "fetch-env"),
     ("her-relabel", "her-relabel"),

@@ -7,9 +7,9 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
+use fetch_install::download;
 use lexopt::{Arg::Long, Parser, ValueExt};
 
-use crate::download;
 use crate::tools::{ROOT, cargo, succeeds};
 
 /// Folder of the package.

@@ -13,14 +13,15 @@ use std::{
     time::Instant,
 };
 
-use anyhow::{Error, ensure};
+use anyhow::ensure;
+use fetch_install::{download, find_mujoco};
 use lexopt::{Arg::Long, Parser};
 
 use self::{
     needs::{Need, commands_for},
     steps::{BESIDE, FIRST, LONGEST, OTHER_VERSIONS, Stage, Step, TESTS},
 };
-use crate::{c_compiler, download, find_mujoco::find_mujoco, tools::succeeds};
+use crate::{c_compiler, tools::succeeds};
 
 pub const TEST: commands::Command = commands::Command { name: "test", usage: "", run: test };
 
@@ -96,7 +97,7 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
 /// Returns what the steps need and is missing.
 fn find_missing(stages: &[Stage]) -> anyhow::Result<Vec<Need>> {
     // If MUJOCO_DIR is wrong, installing something does not help.
-    find_mujoco(c_compiler).map_err(Error::msg)?;
+    find_mujoco(c_compiler)?;
     let is_missing =
         |need: &Need| steps_of(stages).any(|step| step.lacks(&[*need])) && !need.is_there();
     Ok(Need::ALL.into_iter().filter(is_missing).collect())

@@ -6,7 +6,9 @@ use std::{
     process::{Command, Stdio},
 };
 
-use crate::{c_compiler, find_mujoco::find_mujoco};
+use fetch_install::find_mujoco;
+
+use crate::c_compiler;
 
 /// A tool or library of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -63,7 +63,7 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "lints without MuJoCo",
-            "clippy -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
+            "clippy -p fetch-install -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features \
              --features fetch-baselines/learn --all-targets -- -D warnings",
             &[Clippy],
         ),

@@ -1,7 +1,8 @@
 //! Linux on ARM servers: the tests run in QEMU, at a tenth of the machine's speed.
 
+use fetch_install::download;
+
 use super::{MUJOCO, Platform, cargo_for};
-use crate::download;
 
 pub(super) const PLATFORM: Platform =
     Platform { name: "aarch64-linux", target: "aarch64-unknown-linux-gnu", check };

@@ -6,12 +6,10 @@ use std::{
 };
 
 use anyhow::ensure;
+use fetch_install::download;
 
 use super::{MUJOCO, Platform, compile_without_mujoco};
-use crate::{
-    download,
-    tools::{ROOT, succeeds},
-};
+use crate::tools::{ROOT, succeeds};
 
 pub(super) const PLATFORM: Platform =
     Platform { name: "aarch64-macos", target: "aarch64-apple-darwin", check };

@@ -3,12 +3,10 @@
 use std::{fs, path::Path, process::Command};
 
 use anyhow::{Context, ensure};
+use fetch_install::download;
 
 use super::{MUJOCO, Platform, cargo_for, compile_without_mujoco};
-use crate::{
-    download,
-    tools::{ROOT, succeeds},
-};
+use crate::tools::{ROOT, succeeds};
 
 pub(super) const PLATFORM: Platform =
     Platform { name: "x86_64-windows", target: "x86_64-pc-windows-gnu", check };

@@ -7,6 +7,8 @@ use std::{
     sync::OnceLock,
 };
 
+use fetch_install::version_in_name;
+
 use super::{
     ffi::{self, Item, Opaque, RawFilter, RawModel, RawShapes},
     library_file::LibraryFile,
@@ -15,10 +17,7 @@ use super::{
     unforked::unforked,
     version::MujocoVersion,
 };
-use crate::{
-    error::{SimError, TriedLibrary},
-    installation::version_in_name,
-};
+use crate::error::{SimError, TriedLibrary};
 
 impl MujocoVersion {
     /// Loads the library and returns its version, which equals that of the headers.

@@ -8,13 +8,15 @@ use std::{
     sync::OnceLock,
 };
 
+use fetch_install::regular_file;
+
 use super::{
     decoders::Decoders,
     ffi::{self, RawModel, RawShapes, Sizes},
     library::{Owned, c_path, check_as, load_once},
     unforked::unforked,
 };
-use crate::{error::SimError, regular_file};
+use crate::error::SimError;
 
 /// A compiled MuJoCo model.
 ///

@@ -6,15 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use fetch_install::{NONE, libraries_in, libraries_of, mujoco_dir, name_in_cache, own_platform};
+
 use super::{
     system::{self, LIBRARY, is_shared, library_name},
     version::MujocoVersion,
 };
-use crate::{
-    cache,
-    installation::{NONE, libraries_in, libraries_of, mujoco_dir, name_in_cache, own_platform},
-    privileges,
-};
+use crate::{cache, privileges};
 
 /// A search for the library of one version.
 pub(crate) struct Search {

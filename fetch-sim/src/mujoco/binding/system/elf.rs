@@ -8,9 +8,10 @@ use std::{
 };
 
 use elf::{ElfStream, ParseError, abi::DT_SONAME, endian::AnyEndian};
+use fetch_install::regular_file;
 
 use super::super::version::MujocoVersion;
-use crate::{privileges, regular_file};
+use crate::privileges;
 
 /// The plain name of MuJoCo's library.
 pub(in super::super) const LIBRARY: &str = "libmujoco.so";

@@ -11,9 +11,9 @@ use std::{
     process::Command,
 };
 
-use super::super::{MujocoVersion, Search, ffi, library_name, library_path, load, path_of_others};
+use fetch_install::own_platform;
 
-use crate::installation::{self, own_platform};
+use super::super::{MujocoVersion, Search, ffi, library_name, library_path, load, path_of_others};
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
 
@@ -74,7 +74,7 @@ fn search_in_this_process() -> Result {
 
 /// Returns the name of MuJoCo's folder in the cache.
 fn name_in_cache() -> String {
-    installation::name_in_cache(&MujocoVersion::of_shim().to_string(), &own_platform())
+    fetch_install::name_in_cache(&MujocoVersion::of_shim().to_string(), &own_platform())
 }
 
 /// Folders for every place, all of them empty.

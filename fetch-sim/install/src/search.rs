@@ -1,35 +1,56 @@
-//! Finds MuJoCo's headers and library for a build.
-//!
-//! Both the build script and xtask include this file by its path: xtask looks for MuJoCo where
-//! fetch-sim has none, so this needs only the standard library.
+//! Finding MuJoCo's headers and library for a build.
 
 use std::{
-    fs,
+    error::Error,
+    fmt, fs,
     path::{Path, PathBuf},
     process::Command,
 };
 
-use crate::installation::{NONE, libraries_of, mujoco_dir};
+use crate::{
+    folders::{NONE, mujoco_dir},
+    installation::libraries_of,
+};
 
 /// Folders of the system's headers.
-pub(crate) const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
+pub const SYSTEM_PREFIXES: [&str; 2] = ["/usr/local/include", "/usr/include"];
 
 /// The parts of MuJoCo that a build needs.
-#[derive(Debug)]
-#[allow(dead_code, reason = "xtask only asks whether there is one")]
-pub(crate) struct Found {
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Found {
     /// Folder of `mujoco/mujoco.h`.
-    pub(crate) include: PathBuf,
+    pub include: PathBuf,
     /// The library, for which programs also look elsewhere.
-    pub(crate) library: Option<PathBuf>,
+    pub library: Option<PathBuf>,
 }
+
+/// Error returned when `MUJOCO_DIR` does not name an installation of MuJoCo.
+//
+// Implemented by hand: this crate builds at once, without thiserror.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NotMujoco {
+    /// The value of the variable.
+    pub value: PathBuf,
+    /// What it lacks.
+    pub missing: &'static str,
+}
+
+impl fmt::Display for NotMujoco {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "MUJOCO_DIR names {}, which has no {}", self.value.display(), self.missing)
+    }
+}
+
+impl Error for NotMujoco {}
 
 /// Returns the installation that `MUJOCO_DIR` names, or else the system's, whose library folders
 /// the C compiler knows; `None` if there is none.
 ///
 /// # Errors
-/// If `MUJOCO_DIR` names something else: a build without MuJoCo would hide the mistake.
-pub(crate) fn find_mujoco(compiler: impl FnOnce() -> Command) -> Result<Option<Found>, String> {
+/// [`NotMujoco`] if `MUJOCO_DIR` names something else: a build without MuJoCo would hide the
+/// mistake.
+pub fn find_mujoco(compiler: impl FnOnce() -> Command) -> Result<Option<Found>, NotMujoco> {
     match mujoco_dir() {
         Some(dir) if dir.as_os_str() == NONE => Ok(None),
         Some(dir) => find_in(&dir).map(Some),
@@ -37,19 +58,19 @@ pub(crate) fn find_mujoco(compiler: impl FnOnce() -> Command) -> Result<Option<F
     }
 }
 
-fn find_in(dir: &Path) -> Result<Found, String> {
-    let names = format!("MUJOCO_DIR names {}", dir.display());
+fn find_in(dir: &Path) -> Result<Found, NotMujoco> {
+    let lacks = |missing| NotMujoco { value: dir.into(), missing };
     // The folders around a file are those of its installation.
     let (skipped, taken) = if dir.is_file() { (1, 2) } else { (0, 1) };
     let folders = dir.ancestors().skip(skipped).take(taken);
     let include = folders
         .map(|folder| folder.join("include"))
         .find(|include| has_header(include))
-        .ok_or_else(|| format!("{names}, which has no include/mujoco/mujoco.h"))?;
+        .ok_or_else(|| lacks("include/mujoco/mujoco.h"))?;
     let library = libraries_of(dir)
         .into_iter()
         .find_map(|library| fs::canonicalize(library).ok())
-        .ok_or_else(|| format!("{names}, which has no libmujoco.so"))?;
+        .ok_or_else(|| lacks("libmujoco.so"))?;
     Ok(Found { include, library: Some(library) })
 }
 

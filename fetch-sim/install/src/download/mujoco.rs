@@ -12,8 +12,8 @@ use super::{
     wheel::Wheel,
 };
 use crate::{
-    cache,
-    installation::{name_in_cache, own_platform, version_in_name},
+    folders::{cache_folder, name_in_cache, own_platform},
+    installation::version_in_name,
     regular_file,
 };
 
@@ -75,7 +75,7 @@ fn folder(version: &str, platform: &str) -> Result<PathBuf, DownloadError> {
     if numbers != 3 || version.split('.').count() != 3 || version.contains('+') {
         return Err(DownloadError::Version { version: version.into() });
     }
-    let cache = cache::cache_folder().ok_or(DownloadError::NoCache)?;
+    let cache = cache_folder().ok_or(DownloadError::NoCache)?;
     Ok(cache.join(name_in_cache(version, platform)))
 }
 

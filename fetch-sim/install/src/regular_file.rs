@@ -6,9 +6,12 @@ use std::{
     path::Path,
 };
 
-/// Checks that a path does not lead to a pipe, a device or a folder. Without a file, the call that opens it
-/// fails.
-pub(crate) fn check(path: &Path) -> io::Result<()> {
+/// Checks that a path does not lead to a pipe, a device or a folder. It does not look whether there
+/// is a file at all: the call that opens it fails then.
+///
+/// # Errors
+/// If the path leads to something else.
+pub fn check(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(metadata) if !metadata.is_file() => {
             Err(io::Error::new(ErrorKind::InvalidInput, "it is not a regular file"))
@@ -18,6 +21,9 @@ pub(crate) fn check(path: &Path) -> io::Result<()> {
 }
 
 /// Reads a regular file.
-pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
+///
+/// # Errors
+/// As [`check`], and those of reading.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     check(path).and_then(|()| fs::read(path))
 }

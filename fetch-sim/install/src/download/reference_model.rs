@@ -11,7 +11,7 @@ use super::{
     unpacking::Unpacking,
     wheel::Wheel,
 };
-use crate::cache;
+use crate::folders::reference_folder;
 
 const REQUIREMENT: &str = "gymnasium-robotics==1.4.2";
 const FOLDER_IN_WHEEL: &str = "gymnasium_robotics/envs/assets";
@@ -48,7 +48,7 @@ pub fn reference_model_from_wheel(wheel: &Path) -> Result<PathBuf, DownloadError
 }
 
 fn folder() -> Result<PathBuf, DownloadError> {
-    cache::reference_folder().ok_or(DownloadError::NoCache)
+    reference_folder().ok_or(DownloadError::NoCache)
 }
 
 fn files() -> Vec<Listed<'static>> {

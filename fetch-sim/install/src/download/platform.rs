@@ -75,7 +75,7 @@ impl Platform {
 #[cfg(test)]
 mod tests {
     use super::{DownloadError, PLATFORMS, Platform};
-    use crate::installation::own_platform;
+    use crate::folders::own_platform;
 
     #[test]
     fn the_wheels_of_another_platform_are_asked_for_by_their_tags() {

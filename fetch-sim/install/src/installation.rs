@@ -1,60 +1,13 @@
-//! Where MuJoCo and models are on this machine: the variables and folders that say so, and the
-//! files of MuJoCo's library.
-//!
-//! The build script and xtask include this file by its path, so it needs only the standard library.
+//! The files of MuJoCo's library in an installation.
 
 use std::{
-    env::{
-        self,
-        consts::{ARCH, OS},
-    },
     fs,
     path::{Path, PathBuf},
 };
 
-/// The value of `MUJOCO_DIR` that stands for no MuJoCo at all.
-pub(crate) const NONE: &str = "none";
-
-/// Returns the value of `MUJOCO_DIR`: a folder, or the library's file; `None` if it is unset or
-/// empty.
-pub(crate) fn mujoco_dir() -> Option<PathBuf> {
-    non_empty("MUJOCO_DIR")
-}
-
-/// Returns the folder of the reference's model; `None` if the user has no home.
-pub(crate) fn reference_folder() -> Option<PathBuf> {
-    non_empty("FETCH_ASSETS_DIR").or_else(|| Some(cache_folder()?.join("gymnasium-robotics-1.4.2")))
-}
-
-/// Returns the folder `fetch-env` in the user's cache; `None` if the user has no home.
-pub(crate) fn cache_folder() -> Option<PathBuf> {
-    let cache = non_empty("XDG_CACHE_HOME")
-        .filter(|path| path.is_absolute())
-        .or_else(|| Some(env::home_dir()?.join(".cache")))?;
-    Some(cache.join("fetch-env"))
-}
-
-/// Returns the name of the platform of this program, such as `aarch64-linux`.
-pub(crate) fn own_platform() -> String {
-    format!("{ARCH}-{OS}")
-}
-
-/// Returns the name of the folder of a version of MuJoCo in [`cache_folder`], for a platform such
-/// as `aarch64-linux`: machines of several kinds may share a home. `x86_64-linux` is left out of
-/// the name.
-pub(crate) fn name_in_cache(version: &str, platform: &str) -> String {
-    match platform {
-        "x86_64-linux" => format!("mujoco-{version}"),
-        _ => format!("mujoco-{version}-{platform}"),
-    }
-}
-
-fn non_empty(variable: &str) -> Option<PathBuf> {
-    env::var_os(variable).filter(|value| !value.is_empty()).map(PathBuf::from)
-}
-
 /// Returns the libraries of an installation: the file itself, or those in the folder and its `lib`.
-pub(crate) fn libraries_of(installation: &Path) -> Vec<PathBuf> {
+#[must_use]
+pub fn libraries_of(installation: &Path) -> Vec<PathBuf> {
     if installation.is_file() {
         return vec![installation.to_path_buf()];
     }
@@ -64,7 +17,8 @@ pub(crate) fn libraries_of(installation: &Path) -> Vec<PathBuf> {
 }
 
 /// Returns the libraries in a folder: the one without a version in its name, then the newest first.
-pub(crate) fn libraries_in(folder: &Path) -> Vec<PathBuf> {
+#[must_use]
+pub fn libraries_in(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut libraries: Vec<_> = entries
         .filter_map(|entry| {
@@ -79,7 +33,8 @@ pub(crate) fn libraries_in(folder: &Path) -> Vec<PathBuf> {
 
 /// Returns the version numbers in a library's file name, empty for the plain name; `None` for other
 /// files.
-pub(crate) fn version_in_name(name: &str) -> Option<Vec<u32>> {
+#[must_use]
+pub fn version_in_name(name: &str) -> Option<Vec<u32>> {
     if name == "mujoco.dll" {
         return Some(Vec::new());
     }

@@ -2,11 +2,7 @@
 //!
 //! Python's pip downloads them from PyPI, or from the index, mirror or folder that it is configured
 //! for. The SHA-256 of every file is checked, again on each call. One process writes at a time, and
-//! cleans up after one that was killed. Nothing is printed. From the command line:
-//! `cargo run -p fetch-sim --example download --features download`.
-//!
-//! xtask includes these files by their path, because it must build within seconds and where
-//! fetch-sim cannot.
+//! cleans up after one that was killed. Nothing is printed.
 
 mod checksums;
 mod error;

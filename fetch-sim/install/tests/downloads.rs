@@ -14,9 +14,10 @@ use std::{
 };
 
 use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
-use fetch_sim::download;
-use testing::Result;
+use fetch_install::download;
 use zip::{ZipWriter, write::SimpleFileOptions};
+
+type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 
 const VERSION: &str = "9.8.7";
 const FILES: [(&str, &str); 3] = [

@@ -4,7 +4,7 @@ use std::{error::Error, fmt, io, path::PathBuf};
 
 /// Error returned when a download, or the wheel given in its place, cannot be used.
 //
-// Implemented by hand: xtask, which includes this file, builds within seconds without thiserror.
+// Implemented by hand: this crate builds at once, without thiserror.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum DownloadError {
