@@ -5,17 +5,23 @@
 //! Without headers the crate is built without the shim (`fetch_sim_no_shim`): it compiles, and
 //! loading MuJoCo is an error.
 
-use std::{env, path::Path};
+use std::{
+    env, fs,
+    io::{self, ErrorKind},
+    path::{Path, PathBuf},
+    time::UNIX_EPOCH,
+};
 
-use fetch_install::{Found, SYSTEM_PREFIXES, find_mujoco, mujoco_dir};
+use fetch_install::{Found, Places, SYSTEM_PREFIXES, remembering_file};
 
 /// The shim.
 const SOURCES: [&str; 6] = ["library", "model", "data", "contact_filter", "separation", "shapes"];
 
 const WAYS_OUT: &str = "install Debian's library (apt-get update && apt-get install -y \
-    libmujoco-dev), or set MUJOCO_DIR to an installation of MuJoCo 2.2 or later: a directory with \
-    include/mujoco/mujoco.h, and libmujoco.so in it or in its lib, such as the one that `cargo run \
-    -p fetch-sim --example download --features download -- mujoco 3.6.0` makes";
+    libmujoco-dev), or download another with `fetch-env mujoco 3.6.0` or `cargo run -p fetch-sim \
+    --example download --features download -- mujoco 3.6.0`, or set MUJOCO_DIR to an installation of \
+    MuJoCo 2.2 or later: a directory with include/mujoco/mujoco.h, and libmujoco.so in it or in its \
+    lib";
 
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(fetch_sim_no_shim)");
@@ -26,19 +32,64 @@ fn main() {
         return;
     }
     println!("cargo::rerun-if-env-changed=MUJOCO_DIR");
+    let variable = |name| env::var(name).unwrap_or_default();
+    let (arch, os) = (variable("CARGO_CFG_TARGET_ARCH"), variable("CARGO_CFG_TARGET_OS"));
+    let places = Places::for_platform(format!("{arch}-{os}"));
+    if places.mujoco_dir.is_none() {
+        watch_choice(&places);
+    }
     let compiler = || cc::Build::new().get_compiler().to_command();
-    match find_mujoco(compiler) {
+    match places.find(compiler) {
         Ok(Some(found)) => compile(&found),
-        Ok(None) => without_shim(),
+        Ok(None) => without_shim(&places),
         // Cargo shows this as the error, and stops.
         Err(wrong) => println!("cargo::error={wrong}. Unset it, or {WAYS_OUT}."),
     }
 }
 
+/// Makes Cargo run this script again when the user asks for another MuJoCo, and says if the one that
+/// is remembered cannot be used.
+fn watch_choice(places: &Places) {
+    println!("cargo::rerun-if-env-changed=XDG_CACHE_HOME");
+    let Some(cache) = &places.cache else { return };
+    let file = remembering_file(cache, &places.platform);
+    let watched = if file.exists() { Ok(file) } else { watch_for(&file) };
+    // Without a watch, the script runs when something else makes it run.
+    if let Ok(watched) = watched {
+        println!("cargo::rerun-if-changed={}", watched.display());
+    }
+    if let Err(unusable) = places.remembered() {
+        println!("cargo::warning={unusable}");
+    }
+}
+
+/// Returns a folder that Cargo finds changed once there is a file of this path. Cargo would run this
+/// script in every build if it were told to watch a file that does not exist; in a folder, it passes
+/// over links that lead nowhere, and looks at the time of what the others lead to.
+#[cfg(unix)]
+fn watch_for(file: &Path) -> io::Result<PathBuf> {
+    let out = env::var_os("OUT_DIR").ok_or(ErrorKind::NotFound)?;
+    let folder = Path::new(&out).join("watched");
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
+    fs::create_dir(&folder)?;
+    std::os::unix::fs::symlink(file, folder.join("remembered"))?;
+    // Cargo compares with the time at which this script was started.
+    fs::File::open(&folder)?.set_modified(UNIX_EPOCH)?;
+    Ok(folder)
+}
+
+/// Links need privileges on Windows.
+#[cfg(not(unix))]
+fn watch_for(_file: &Path) -> io::Result<PathBuf> {
+    Err(ErrorKind::Unsupported.into())
+}
+
 /// Builds the crate without the shim, until there are headers.
-fn without_shim() {
+fn without_shim(places: &Places) {
     println!("cargo::rustc-cfg=fetch_sim_no_shim");
-    if mujoco_dir().is_some() {
+    if places.mujoco_dir.is_some() {
         return; // as the user asked
     }
     println!(

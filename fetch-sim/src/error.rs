@@ -49,9 +49,10 @@ pub enum SimError {
     },
     /// The crate was built without MuJoCo's headers.
     #[error(
-        "this program was built without MuJoCo: install libmujoco-dev, or set MUJOCO_DIR to an \
-         installation (`fetch_sim::download::mujoco`, of the feature `download`, and `cargo xtask \
-         mujoco` download one), and build again; or use a `KinematicSimulator`, which needs none"
+        "this program was built without MuJoCo: install libmujoco-dev, download one (`cargo xtask \
+         mujoco 3.6.0`, or `fetch_sim::download::remember(\"3.6.0\")`, of the feature `download`), \
+         or set MUJOCO_DIR to an installation, and build again; or use a `KinematicSimulator`, which \
+         needs none"
     )]
     BuiltWithoutMujoco,
     /// MuJoCo's library was not found, or does not fit the headers that the crate was built with.

@@ -95,47 +95,8 @@
 //! model, and the child can do both.
 //!
 //! # Finding MuJoCo
-//! The build finds the headers of Debian's `libmujoco-dev`, or of the installation that
-//! `MUJOCO_DIR` names: a directory with `include/mujoco/mujoco.h`, and `libmujoco.so`,
-//! `libmujoco.dylib` or `mujoco.dll` in it or in its `lib`. Without headers the crate compiles,
-//! Cargo warns, and the first use of MuJoCo returns [`SimError::BuiltWithoutMujoco`];
-//! `MUJOCO_DIR=none` requests that.
-//!
-//! The library is loaded on first use. Its version must be that of the headers, whose layouts the
-//! program uses. `MUJOCO_DIR` at run time names the installation, or the file, to take it from: if
-//! nothing there fits, the first use returns [`SimError::MujocoDir`]. Where the variable is unset,
-//! empty or `none`, the first library that fits is taken from
-//! 1. the folder of the executable, and the folder `lib` beside it, unless others may write to the
-//!    folder that contains both, such as `/tmp`;
-//! 2. the path that the build found, with the very library that the program was tested with;
-//! 3. the cache in which `cargo xtask mujoco` and the feature `download` put that version;
-//! 4. this process, in which other code may have loaded that version;
-//! 5. the system: the folders of `LD_LIBRARY_PATH`, and those for libraries in `/usr/local` and
-//!    `/usr`; on macOS those of `DYLD_LIBRARY_PATH`, and `/usr/local/lib`; on Windows none.
-//!
-//! A program that brings the library to a place where none of this finds it names the file with
-//! `use_library`; then nothing else is searched.
-//!
-//! If a MuJoCo is loaded for the whole process, for example because the program links it, that one
-//! is used: any other would call its functions.
-//!
-//! Loading a library runs its code, so each file is checked first:
-//! - It and all folders above it belong to the process's user or to root, and nobody else may write
-//!   to them. Sticky folders such as `/tmp` may be shared, and a group whose number is the owner's
-//!   counts as the owner's private group.
-//! - The version in its file name and in its SONAME is that of the headers. (The version of a
-//!   library without one is checked after loading it.)
-//! - It is complete: loading a truncated file would end the process.
-//!
-//! On Windows, neither owners nor permissions are checked, and the folder `lib` is left out. macOS
-//! and Windows refuse truncated files themselves; there the version comes from the file name, or
-//! else from the loaded library.
-//!
-//! A program with more privileges than the user who started it (set-user-ID, set-group-ID,
-//! capabilities) ignores the variables above and that user's cache.
-//!
-//! If no library fits, [`SimError::Library`] lists what was tried and why it was refused. A refused
-//! library does not stay loaded. `library_path` returns the one that is used.
+//! A build and a program take the MuJoCo that `MUJOCO_DIR` names, or the one that `fetch-env mujoco`
+//! has remembered, or the system's: [`finding_mujoco`] has all places, and what is refused.
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 #[macro_use]
@@ -151,6 +112,8 @@ mod config;
 pub mod download;
 mod error;
 mod extension;
+#[doc = include_str!("../FINDING_MUJOCO.md")]
+pub mod finding_mujoco {}
 mod kinematic;
 mod model_files;
 #[cfg(feature = "mujoco")]
@@ -162,7 +125,7 @@ mod task;
 
 pub use assets::ModelSource;
 pub use bounds::{LARGEST_NUMBER, Substeps};
-pub use cache::{cache_folder, reference_folder};
+pub use cache::{Remembered, UnusableChoice, cache_folder, reference_folder, remembered_mujoco};
 pub use config::SimConfig;
 pub use error::{SimError, TriedLibrary};
 pub use extension::Extension;

@@ -78,6 +78,8 @@ fn command(program: &Path, mujoco_dir: &Path) -> Result<Command> {
         .args(["--exact", "simulate_in_this_process", "--nocapture"])
         .current_dir(program.parent().ok_or("a folder")?)
         .env("FETCH_SIM_TEST_MOVED", "1")
+        // What this machine's user remembers is not taken.
+        .env("XDG_CACHE_HOME", program.parent().ok_or("a folder")?)
         .env("MUJOCO_DIR", mujoco_dir);
     Ok(command)
 }

@@ -36,7 +36,7 @@ fn a_renderer_is_the_same_error() {
 fn the_error_names_every_way_out() {
     let text = ERROR.to_string();
     let ways_out =
-        ["libmujoco-dev", "MUJOCO_DIR", "download::mujoco", "cargo xtask mujoco", "build again"];
+        ["libmujoco-dev", "MUJOCO_DIR", "download::remember", "cargo xtask mujoco", "build again"];
     for way_out in ways_out {
         assert!(text.contains(way_out), "{way_out}: {text}");
     }

@@ -29,7 +29,7 @@ use std::{
 
 use anyhow::{Context, ensure};
 use commands::{COMMANDS, Listed, Program};
-use fetch_install::find_mujoco;
+use fetch_install::Places;
 
 /// The commands that xtask runs itself.
 const OWN: [commands::Command; 11] = [
@@ -153,14 +153,14 @@ fn overview() -> String {
 /// Replaces this process with a command of a package, so that the command receives its signals; or,
 /// where processes cannot be replaced, runs it and returns its exit code.
 fn hand_on(package: &str, arguments: &[OsString]) -> anyhow::Result<ExitCode> {
-    let missing = match find_mujoco(c_compiler) {
+    let missing = match Places::of_machine().find(c_compiler) {
         Ok(Some(_)) => None,
         Ok(None) => Some("MuJoCo's headers were not found".to_owned()),
         Err(wrong) => Some(wrong.to_string()),
     };
     if let Some(missing) = missing {
         let fix = "apt-get update && apt-get install -y libmujoco-dev, or \
-                   `cargo xtask mujoco 3.6.0` and set MUJOCO_DIR as it says";
+                   `cargo xtask mujoco 3.6.0`";
         ensure!(arguments[0] == "doctor", "{missing}: {fix}");
         // Doctor's first finding; without MuJoCo, it cannot look for anything else.
         say!("FAIL  MuJoCo is missing\n      {missing}\n      fix: {fix}")?;

@@ -45,11 +45,25 @@ pub fn version_in_name(name: &str) -> Option<Vec<u32>> {
     version.split('.').map(|number| number.parse().ok()).collect()
 }
 
+/// Returns whether a text is a version of MuJoCo: three numbers, such as `3.6.0`.
+pub(crate) fn is_version(text: &str) -> bool {
+    let is_number = |number: &str| number.parse::<u16>().is_ok() && !number.starts_with('+');
+    text.split('.').count() == 3 && text.split('.').all(is_number)
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;
 
-    use super::{libraries_in, libraries_of};
+    use super::{is_version, libraries_in, libraries_of};
+
+    #[test]
+    fn a_version_has_three_numbers() {
+        for wrong in ["", "3.6", "3.6.0.1", "3.6.x", "3.6.+0", "../3.6.0", "3.6.0 "] {
+            assert!(!is_version(wrong), "{wrong}");
+        }
+        assert!(is_version("3.6.0") && is_version("3.17.12"));
+    }
 
     #[test]
     fn the_plain_name_comes_first_and_then_the_newest_version() -> std::io::Result<()> {

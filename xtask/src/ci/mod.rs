@@ -14,7 +14,7 @@ use std::{
 };
 
 use anyhow::ensure;
-use fetch_install::{download, find_mujoco};
+use fetch_install::{Origin, Places, download};
 use lexopt::{Arg::Long, Parser};
 
 use self::{
@@ -46,6 +46,7 @@ fn test(mut arguments: Parser) -> anyhow::Result<bool> {
     let (needed, others): (Vec<_>, Vec<_>) =
         missing.into_iter().partition(|need| TESTS.needs.contains(need));
     ensure!(needed.is_empty(), refusal("test", &needed));
+    say_mujoco()?;
     if !run_stages(&[TESTS], &[], Printed::AsItComes, &AtomicBool::new(false))? {
         return Ok(false);
     }
@@ -80,6 +81,7 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
         missing = find_missing(&stages)?;
     }
     ensure!(available || missing.is_empty(), refusal("ci", &missing));
+    say_mujoco()?;
     let passed = run_beside(&first, &[BESIDE], &missing)?
         && run_stages(&then, &missing, Printed::AsItComes, &AtomicBool::new(false))?;
     if !passed {
@@ -97,10 +99,20 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
 /// Returns what the steps need and is missing.
 fn find_missing(stages: &[Stage]) -> anyhow::Result<Vec<Need>> {
     // If MUJOCO_DIR is wrong, installing something does not help.
-    find_mujoco(c_compiler)?;
+    Places::of_machine().find(c_compiler)?;
     let is_missing =
         |need: &Need| steps_of(stages).any(|step| step.lacks(&[*need])) && !need.is_there();
     Ok(Need::ALL.into_iter().filter(is_missing).collect())
+}
+
+/// Says on which MuJoCo the steps run that name none: the one that any build takes.
+fn say_mujoco() -> anyhow::Result<()> {
+    let Some(found) = Places::of_machine().find(c_compiler)? else { return Ok(()) };
+    let way_back = match found.origin {
+        Origin::Remembered(_) => "; `cargo xtask mujoco system` returns to the system's",
+        _ => "",
+    };
+    say!("== on {}, headers in {}{way_back}", found.origin, found.include.display())
 }
 
 /// Returns the error of a command that needs something missing: the machine is not ready for it, so

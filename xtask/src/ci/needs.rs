@@ -6,14 +6,14 @@ use std::{
     process::{Command, Stdio},
 };
 
-use fetch_install::find_mujoco;
+use fetch_install::Places;
 
 use crate::c_compiler;
 
 /// A tool or library of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// MuJoCo's headers: the system's, or those of the MuJoCo that `MUJOCO_DIR` names.
+    /// MuJoCo's headers: those that a build finds.
     Mujoco,
     Rustfmt,
     Clippy,
@@ -96,7 +96,9 @@ impl Need {
 
     pub fn is_there(self) -> bool {
         match self {
-            Self::Mujoco => find_mujoco(c_compiler).is_ok_and(|found| found.is_some()),
+            Self::Mujoco => {
+                Places::of_machine().find(c_compiler).is_ok_and(|found| found.is_some())
+            }
             Self::Rustfmt => runs(env!("CARGO"), &["fmt", "--version"]),
             Self::Clippy => runs(env!("CARGO"), &["clippy", "--version"]),
             Self::Git => runs("git", &["--version"]),

@@ -26,7 +26,7 @@ const fn step(purpose: &'static str, command: &'static str, needs: &'static [Nee
 #[derive(Clone, Copy, Debug)]
 pub struct Stage {
     /// The value of `MUJOCO_DIR`, where a version stands for its folder in the cache; `None` leaves
-    /// it as it is.
+    /// it as it is, so that the steps run on the MuJoCo that any build takes.
     pub mujoco: Option<&'static str>,
     /// What all of the steps need.
     pub needs: &'static [Need],

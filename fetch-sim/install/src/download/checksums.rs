@@ -1,25 +1,14 @@
-//! SHA-256 checksums of files, and lists of them as `sha256sum` writes them.
+//! SHA-256 checksums of files.
 
 use std::path::Path;
 
 use hmac_sha256::Hash;
 
-use crate::regular_file;
+use crate::{contents::Listed, regular_file};
 
-/// The name of a file and its SHA-256, in hexadecimal.
-pub(super) type Listed<'a> = (&'a str, &'a str);
-
-/// Returns the files of a list; `None` if it is damaged.
-pub(super) fn parse(list: &str) -> Option<Vec<Listed<'_>>> {
-    list.lines().map(|line| line.split_once("  ").map(|(sha256, name)| (name, sha256))).collect()
-}
-
-/// Returns whether all files of a list are in a folder, with the listed checksums.
-pub(super) fn are_there(folder: &Path, files: &[Listed<'_>]) -> bool {
-    files.iter().all(|(name, sha256)| {
-        regular_file::read(&folder.join(name))
-            .is_ok_and(|bytes| check(name, &bytes, sha256).is_ok())
-    })
+/// Returns whether a listed file is in a folder, with its checksum.
+pub(super) fn is_there(folder: &Path, (name, sha256): &Listed<'_>) -> bool {
+    regular_file::read(&folder.join(name)).is_ok_and(|bytes| check(name, &bytes, sha256).is_ok())
 }
 
 /// Checks that the bytes have this SHA-256, in hexadecimal.

@@ -10,9 +10,11 @@ mod lock_file;
 mod mujoco;
 mod platform;
 mod reference_model;
+mod remember;
 mod unpacking;
 mod wheel;
 
 pub use error::DownloadError;
 pub use mujoco::{export_line, mujoco, mujoco_for, mujoco_from_wheel};
 pub use reference_model::{reference_model, reference_model_from_wheel};
+pub use remember::{forget, remember};

@@ -5,13 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{
-    checksums::{self, Listed},
-    error::DownloadError,
-    unpacking::Unpacking,
-    wheel::Wheel,
+use super::{checksums, error::DownloadError, unpacking::Unpacking, wheel::Wheel};
+use crate::{
+    contents::{self, Listed},
+    folders::reference_folder,
 };
-use crate::folders::reference_folder;
 
 const REQUIREMENT: &str = "gymnasium-robotics==1.4.2";
 const FOLDER_IN_WHEEL: &str = "gymnasium_robotics/envs/assets";
@@ -32,7 +30,8 @@ pub fn reference_model() -> Result<PathBuf, DownloadError> {
     let put = |unpacking: &Unpacking<'_>| {
         put(&mut Wheel::fetch(REQUIREMENT, &[], &unpacking.downloads()?)?, unpacking)
     };
-    Unpacking::complete(&folder, || checksums::are_there(&folder, &files()), put)?;
+    let is_complete = || files().iter().all(|file| checksums::is_there(&folder, file));
+    Unpacking::complete(&folder, is_complete, put)?;
     Ok(folder)
 }
 
@@ -52,7 +51,7 @@ fn folder() -> Result<PathBuf, DownloadError> {
 }
 
 fn files() -> Vec<Listed<'static>> {
-    checksums::parse(FILES).unwrap_or_default()
+    contents::parse(FILES).unwrap_or_default()
 }
 
 fn put(wheel: &mut Wheel, unpacking: &Unpacking<'_>) -> Result<(), DownloadError> {

@@ -63,10 +63,13 @@ impl<'a> Unpacking<'a> {
 
     /// Puts a file below the folder, and replaces one with different contents.
     pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<(), DownloadError> {
+        let is_there = regular_file::read(&self.folder.join(name)).is_ok_and(|it| it == bytes);
+        if is_there { Ok(()) } else { self.replace(name, bytes) }
+    }
+
+    /// Puts a file below the folder, and replaces whatever has its name.
+    pub(super) fn replace(&self, name: &str, bytes: &[u8]) -> Result<(), DownloadError> {
         let path = self.folder.join(name);
-        if regular_file::read(&path).is_ok_and(|there| there == bytes) {
-            return Ok(());
-        }
         let unfinished = self.staging.join(UNFINISHED);
         let made = path.parent().map_or(Ok(()), fs::create_dir_all);
         made.and_then(|()| fs::write(&unfinished, bytes))

@@ -6,7 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use fetch_install::{NONE, libraries_in, libraries_of, mujoco_dir, name_in_cache, own_platform};
+use fetch_install::{
+    NONE, Remembered, UnusableChoice, libraries_in, libraries_of, mujoco_dir, name_in_cache,
+    own_platform,
+};
 
 use super::{
     system::{self, LIBRARY, is_shared, library_name},
@@ -25,6 +28,8 @@ pub(crate) struct Search {
     /// Value of `MUJOCO_DIR`.
     pub(crate) mujoco_dir: Option<PathBuf>,
     pub(crate) executable: Option<PathBuf>,
+    /// What the user has asked for once.
+    pub(crate) remembered: Result<Option<Remembered>, UnusableChoice>,
     /// Path of the library that the build found.
     pub(crate) of_build: Option<PathBuf>,
     /// The folder `fetch-env` in the user's cache.
@@ -61,6 +66,7 @@ impl Search {
             chosen: None,
             mujoco_dir: wish.filter(|_| !privileges::are_raised()),
             executable: executable.map(|path| path.canonicalize().unwrap_or(path)),
+            remembered: cache::remembered_mujoco(),
             of_build: option_env!("FETCH_SIM_LIBMUJOCO").map(PathBuf::from),
             cache: cache::cache_folder(),
             of_others,
@@ -72,8 +78,8 @@ impl Search {
     ///
     /// A library that is loaded for the whole process is the only place. So is the library that the
     /// program has chosen, or else `MUJOCO_DIR`, because using another library would hide a
-    /// mistake. Otherwise, the libraries beside the program come first, then the library of the
-    /// build, and then others of the same version.
+    /// mistake. Otherwise, the libraries beside the program come first, then the one that the user
+    /// has asked for, then the library of the build, and then others of the same version.
     pub(crate) fn places(&self) -> Vec<Place> {
         if let Some(global) = &self.global {
             return vec![loaded(Some(global))];
@@ -96,14 +102,29 @@ impl Search {
         let Self { executable, of_build, cache, .. } = self;
         let none_in = |folder: &Path| format!("{} has no {LIBRARY}", folder.display());
         let beside = executable.as_deref().and_then(Path::parent);
-        let name_in_cache = name_in_cache(&self.version.to_string(), &own_platform());
-        let cached = cache.as_ref().map(|cache| cache.join(name_in_cache));
-        vec![
-            place(
-                "beside the executable",
-                beside.map(libraries_beside).unwrap_or_default(),
-                beside.map_or_else(|| "its path is unknown".into(), none_in),
-            ),
+        let version = self.version.to_string();
+        let cached =
+            cache.as_ref().map(|cache| cache.join(name_in_cache(&version, &own_platform())));
+        let mut places = vec![place(
+            "beside the executable",
+            beside.map(libraries_beside).unwrap_or_default(),
+            beside.map_or_else(|| "its path is unknown".into(), none_in),
+        )];
+        let remembered = match &self.remembered {
+            Ok(None) => None,
+            Ok(Some(it)) if it.version == version => {
+                Some((libraries_in(&it.folder), none_in(&it.folder)))
+            }
+            Ok(Some(it)) => {
+                let reason = format!("it is MuJoCo {}: build this program again", it.version);
+                Some((Vec::new(), reason))
+            }
+            Err(unusable) => Some((Vec::new(), unusable.to_string())),
+        };
+        places.extend(
+            remembered.map(|(files, if_empty)| place("the remembered MuJoCo", files, if_empty)),
+        );
+        places.extend([
             place(
                 "the path of the build",
                 of_build.iter().filter(|path| path.is_file()).cloned().collect(),
@@ -119,7 +140,8 @@ impl Search {
             ),
             loaded(self.of_others.as_ref()),
             place("the system", self.libraries_of_system(), none_in_all(&self.system)),
-        ]
+        ]);
+        places
     }
 
     /// Returns the libraries, first those with the version in their names.

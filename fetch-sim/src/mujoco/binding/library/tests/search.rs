@@ -51,6 +51,9 @@ fn search_in_this_process() -> Result {
         chosen: None,
         mujoco_dir,
         executable,
+        remembered: cache
+            .as_deref()
+            .map_or(Ok(None), |cache| fetch_install::remembered(cache, &own_platform())),
         of_build,
         cache,
         of_others: path_of_others(&library_name(version)),
@@ -74,7 +77,12 @@ fn search_in_this_process() -> Result {
 
 /// Returns the name of MuJoCo's folder in the cache.
 fn name_in_cache() -> String {
-    fetch_install::name_in_cache(&MujocoVersion::of_shim().to_string(), &own_platform())
+    name_of(&MujocoVersion::of_shim().to_string())
+}
+
+/// Returns the name of the folder of a version in the cache.
+fn name_of(version: &str) -> String {
+    fetch_install::name_in_cache(version, &own_platform())
 }
 
 /// Folders for every place, all of them empty.
@@ -127,6 +135,19 @@ impl Places {
         let status = compiler.args(["-shared", "-fPIC", "-o"]).arg(&path).arg(&source).status()?;
         assert!(status.success());
         Ok(path)
+    }
+
+    /// Remembers a version that the cache has, with a library of this name.
+    fn remember(&self, version: &str, library: &str) -> Result {
+        let (cache, folder) = (self.path("cache"), self.path("cache").join(name_of(version)));
+        fs::create_dir_all(folder.join("include/mujoco"))?;
+        fs::write(folder.join("include/mujoco/mujoco.h"), "")?;
+        fs::write(
+            folder.join("SHA256SUMS"),
+            format!("0  include/mujoco/mujoco.h\n0  {library}\n"),
+        )?;
+        let file = fetch_install::remembering_file(&cache, &own_platform());
+        Ok(fs::write(file, format!("{version}\n"))?)
     }
 
     /// Searches in a separate process, and returns its output.
@@ -189,6 +210,46 @@ fn each_place_is_searched_in_turn() -> Result {
         let text = places.search(Some(&places.path("dir")))?;
         assert!(text.contains(&format!("\nloaded {}\n", put.display())), "{text}");
     }
+    Ok(())
+}
+
+#[test]
+fn the_remembered_library_comes_before_that_of_the_build() -> Result {
+    let (places, version) = (Places::new()?, MujocoVersion::of_shim().to_string());
+    let cached = places.put(&format!("cache/{}", name_in_cache()))?;
+    let of_build = places.put("build")?;
+    assert_eq!(places.found()?, of_build);
+    places.remember(&version, &format!("libmujoco.so.{version}"))?;
+    assert_eq!(places.found()?, cached);
+    let beside = places.put("program/bin")?;
+    assert_eq!(places.found()?, beside);
+    fs::remove_file(beside)?;
+    fs::remove_file(cached)?;
+    assert_eq!(places.found()?, of_build, "what was remembered is gone");
+    fs::remove_file(of_build)?;
+    let refused = places.refusal(None)?;
+    let reason = format!("the remembered MuJoCo: MuJoCo {version} is remembered, but ");
+    assert!(refused.contains(&reason), "{refused}");
+    Ok(())
+}
+
+#[test]
+fn a_program_of_another_version_than_the_remembered_keeps_its_own() -> Result {
+    let places = Places::new()?;
+    let unfit = format!("cache/{}", name_of("9.8.7"));
+    places.put_unfit(&unfit, 9_008_007, "libmujoco.so.9.8.7")?;
+    fs::rename(
+        places.path(&unfit).join("libmujoco.so"),
+        places.path(&unfit).join("libmujoco.so.9.8.7"),
+    )?;
+    places.remember("9.8.7", "libmujoco.so.9.8.7")?;
+    let of_build = places.put("build")?;
+    assert_eq!(places.found()?, of_build);
+    fs::remove_file(of_build)?;
+    let refused = places.refusal(None)?;
+    let reason = "the remembered MuJoCo: it is MuJoCo 9.8.7: build this program again";
+    assert!(refused.contains(reason), "{refused}");
+    assert!(!places.path("ran").exists());
     Ok(())
 }
 
