@@ -4,8 +4,8 @@ use fetch_env::spaces::SpaceError;
 use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, Reset};
 use her_relabel::{AddError, BufferConfig, HerBuffer, Scalar, StartData, StepData};
 
+use crate::dims::dims_of;
 use crate::evaluate::{Episode, Evaluation, Event, check_policy, run_episode, seeds};
-use crate::lengths::dims_of;
 use crate::policy::{Policy, PolicyError};
 
 /// Error returned by [`collect`].

@@ -8,9 +8,9 @@ use fetch_env::{
 use her_relabel::{AddError, HerBuffer, RefusedRow, Scalar};
 use serde::{Deserialize, Serialize};
 
+use crate::across_workers::{Message, from_message, to_message};
 use crate::evaluate::{Episode, MAX_COUNT, check_vec_policy};
 use crate::policy::{PolicyError, VecPolicy};
-use crate::spread::{Message, from_message, to_message};
 
 /// A goal-conditioned environment that a [`VecEnv`] can step and whose numbers a hindsight replay
 /// buffer can store: its observations and actions are `f32` or `f64`.

@@ -34,29 +34,32 @@
 #[macro_use]
 mod debug;
 
+mod across_workers;
 #[cfg(any(feature = "learn", feature = "ogbench"))]
 mod archive;
 mod collect;
 mod collector;
 #[cfg(feature = "datasets")]
 pub mod datasets;
+mod dims;
 mod evaluate;
 #[cfg(feature = "learn")]
 pub mod learn;
-mod lengths;
 #[cfg(any(feature = "datasets", feature = "learn"))]
 mod normal;
 #[cfg(feature = "page")]
 pub mod page;
 mod planned;
 mod policy;
+#[cfg(feature = "learn")]
+mod reset_seeds;
 mod scripted;
-mod spread;
 mod statistics;
 mod tanh;
 mod trained;
 pub mod workers;
 
+pub use across_workers::{evaluate_across_workers, gather_episodes};
 pub use collect::{CollectError, buffer_config, collect};
 pub use collector::{CollectEnv, Collected, Collector, CollectorError, CollectorSnapshot};
 pub use evaluate::{
@@ -65,7 +68,6 @@ pub use evaluate::{
 pub use planned::{Plan, PlanEnv, PlannedPolicy, Planner, PlannerError, PlannerSettings};
 pub use policy::{Action, Policy, PolicyError, RandomPolicy, VecPolicy, ZeroPolicy};
 pub use scripted::ScriptedPolicy;
-pub use spread::{evaluate_spread, gather_episodes};
 pub use statistics::{Estimate, StatisticsError};
 pub use trained::{
     InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy, TrainedPolicyError,

@@ -3,7 +3,7 @@
 use baselines::{
     CollectError, Collector, CollectorError, EvaluationError, Policy, PolicyError, RandomPolicy,
     ScriptedPolicy, TrainedPolicy, TrainedPolicyError, buffer_config, collect, evaluate,
-    evaluate_spread, evaluate_vec, workers::OneProcess,
+    evaluate_across_workers, evaluate_vec, workers::OneProcess,
 };
 use fetch_env::wrappers::TimeAwareObservation;
 use fetch_env::{BoxSpace, EnvExt, Space, Task, VecEnv, make_kinematic, vec_env::VecConfig};
@@ -35,7 +35,8 @@ fn a_trained_policy_of_other_lengths_is_refused() -> Result {
     let mut envs = VecEnv::new([env], VecConfig::default())?;
     let error = evaluate_vec(&mut envs, &mut policy, 1, 0, |_| ()).err();
     assert!(matches!(&error, Some(EvaluationError::Policy(e)) if is_refusal(e)), "{error:?}");
-    let error = evaluate_spread(&mut OneProcess, &mut envs, &mut policy, 1, 0, |_| ()).err();
+    let error =
+        evaluate_across_workers(&mut OneProcess, &mut envs, &mut policy, 1, 0, |_| ()).err();
     assert!(matches!(&error, Some(EvaluationError::Policy(e)) if is_refusal(e)), "{error:?}");
     let error = Collector::new(envs).collect(1, &mut policy, &mut buffer, |_, _| ()).err();
     assert!(matches!(&error, Some(CollectorError::Policy(e)) if is_refusal(e)), "{error:?}");

@@ -3,11 +3,10 @@
 use fetch_env::{ActionElement, Env, GoalObservation, Info, MujocoEnv, Reset, SnapshotEnv, Step};
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
-use super::DatasetWriter;
-use super::about::About;
 use super::error::DatasetError;
+use super::metadata::Metadata;
+use crate::dims::lengths_of;
 use crate::evaluate::{Episode, Event, check_policy, run_episode};
-use crate::lengths::lengths_of;
 use crate::policy::{Policy, PolicyError};
 
 type Observation = <MujocoEnv as Env>::Observation;
@@ -69,12 +68,6 @@ impl EpisodeRecord {
     pub const fn with_snapshots(mut self) -> Self {
         self.keeps_snapshots = true;
         self
-    }
-
-    /// Returns an empty record that keeps what the writers write.
-    pub(super) fn for_writers(writers: &[Box<dyn DatasetWriter>]) -> Self {
-        let keeps_snapshots = writers.iter().any(|writer| writer.needs_snapshots());
-        Self { keeps_snapshots, ..Self::default() }
     }
 
     /// Runs an episode until it is terminated or truncated, and replaces what was recorded before.
@@ -163,12 +156,13 @@ impl EpisodeRecord {
 
     /// Checks that all columns have the lengths of one episode in the environment of a data set, and
     /// that their numbers can be learned from.
-    pub(super) fn check(&self, about: &About) -> Result<(), DatasetError> {
+    pub(super) fn check(&self, metadata: &Metadata) -> Result<(), DatasetError> {
         let steps = self.rewards.len();
         let states = steps + 1;
-        let [qpos, qvel] = about.states;
+        let [qpos, qvel] = metadata.states;
         let [observation, goal, action] =
-            lengths_of(&about.observation_space, &about.action_space).map_err(PolicyError::from)?;
+            lengths_of(&metadata.observation_space, &metadata.action_space)
+                .map_err(PolicyError::from)?;
         let columns = [
             ("observations", self.observations.len(), states * observation),
             ("achieved_goals", self.achieved_goals.len(), states * goal),

@@ -8,14 +8,14 @@
 //!
 //! ```
 //! # #[cfg(feature = "minari")] {
-//! use baselines::datasets::{About, EpisodeRecord, MinariWriter, SetKind, SetPolicy};
+//! use baselines::datasets::{Metadata, EpisodeRecord, MinariWriter, SetKind, SetPolicy};
 //! use fetch_env::make;
 //!
 //! let folder = tempfile::tempdir()?;
 //! let mut env = make("FetchReach-v4")?;
 //! let mut policy = SetPolicy::new(SetKind::Mixed, &env)?;
-//! let about = About::new("fetch/reach/mixed-v0", &env, policy.describe(), "")?;
-//! let mut writer = MinariWriter::create(folder.path(), about)?;
+//! let metadata = Metadata::new("fetch/reach/mixed-v0", &env, policy.describe(), "")?;
+//! let mut writer = MinariWriter::create(folder.path(), metadata)?;
 //! let mut record = EpisodeRecord::default();
 //! for seed in 0..4 {
 //!     policy.begin(seed);
@@ -28,13 +28,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod about;
 #[cfg(any(feature = "lerobot", feature = "minari"))]
 mod columns;
 mod episode;
 mod error;
 #[cfg(feature = "lerobot")]
 mod lerobot;
+mod metadata;
 #[cfg(feature = "minari")]
 mod minari;
 #[cfg(feature = "ogbench")]
@@ -42,13 +42,14 @@ mod ogbench;
 #[cfg(feature = "learn")]
 mod replay;
 mod set;
-mod staged;
+mod staged_folder;
+mod writer;
 
-pub use about::About;
 pub use episode::EpisodeRecord;
 pub use error::DatasetError;
 #[cfg(feature = "lerobot")]
 pub use lerobot::writer::LeRobotWriter;
+pub use metadata::Metadata;
 #[cfg(feature = "minari")]
 pub use minari::{error::MinariError, import::import_minari, writer::MinariWriter};
 #[cfg(feature = "ogbench")]
@@ -56,29 +57,4 @@ pub use ogbench::writer::OgBenchWriter;
 #[cfg(feature = "learn")]
 pub use replay::{ReplayError, write_replay};
 pub use set::{SetKind, SetPolicy, write_set};
-
-/// Writes the episodes of a data set.
-///
-/// A writer that is dropped before it has finished removes what it has written, and the folders that
-/// it made. A killed process leaves them, and the next writer in the same folder of data sets removes
-/// them.
-pub trait DatasetWriter {
-    /// Writes the next episode.
-    ///
-    /// # Errors
-    /// [`DatasetError::Length`] if the episode comes from a different environment than the data
-    /// set, which then stays unchanged; [`DatasetError::File`] if a file cannot be written.
-    fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError>;
-
-    /// Returns whether the episodes must have [snapshots](EpisodeRecord::with_snapshots).
-    fn needs_snapshots(&self) -> bool {
-        false
-    }
-
-    /// Finishes the data set and gives it its name.
-    ///
-    /// # Errors
-    /// [`DatasetError::Exists`] if something with that name exists by now; [`DatasetError::File`]
-    /// if it cannot be written; [`DatasetError::TooFew`].
-    fn finish(self: Box<Self>) -> Result<(), DatasetError>;
-}
+pub use writer::DatasetWriter;

@@ -7,12 +7,12 @@ use fetch_env::wrappers::{KeepsGoals, Resetting, Wrapper};
 use fetch_env::{ActionElement, Env, EnvError, EnvExt, MujocoEnv, Reset, Space, Step};
 use rand::Rng;
 
-use super::DatasetWriter;
 use super::episode::EpisodeRecord;
 use super::error::DatasetError;
+use super::writer::{DatasetWriter, record_for};
 use crate::evaluate::{Episode, Evaluation};
-use crate::learn::seeds::ResetSeeds;
 use crate::learn::{TrainError, TrainSettings, Trainer};
+use crate::reset_seeds::ResetSeeds;
 
 /// Error returned by [`write_replay`].
 #[derive(thiserror::Error)]
@@ -41,13 +41,13 @@ debug_as_display!(ReplayError);
 ///
 /// ```no_run
 /// # #[cfg(feature = "ogbench")] {
-/// use baselines::datasets::{About, DatasetWriter, OgBenchWriter, write_replay};
+/// use baselines::datasets::{Metadata, DatasetWriter, OgBenchWriter, write_replay};
 /// use baselines::learn::TrainSettings;
 /// use fetch_env::{Task, make};
 ///
 /// let make = || Ok(make("FetchPush-v4")?);
-/// let about = About::new("fetch/push/replay-v0", &make()?, "a run of DDPG", "")?;
-/// let writer = OgBenchWriter::create("data", about)?;
+/// let metadata = Metadata::new("fetch/push/replay-v0", &make()?, "a run of DDPG", "")?;
+/// let writer = OgBenchWriter::create("data", metadata)?;
 /// let mut writers: [Box<dyn DatasetWriter>; 1] = [Box::new(writer)];
 /// let settings = TrainSettings::fast(Task::Push);
 /// write_replay(make, settings, 0, 2_000, &mut writers, |_| ())?;
@@ -67,7 +67,7 @@ pub fn write_replay(
     let number = Cell::new(0);
     let keeping = || {
         number.set(number.get() + 1);
-        let record = EpisodeRecord::for_writers(writers);
+        let record = record_for(writers);
         make()?.wrap(Keeping::new(number.get(), record, sender.clone()))
     };
     let mut trainer = Trainer::new(keeping, settings, seed, 1)?;

@@ -5,9 +5,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::DatasetWriter;
-use super::episode::EpisodeRecord;
 use super::error::DatasetError;
+use super::writer::{DatasetWriter, record_for};
 use crate::evaluate::{Episode, Evaluation, seeds};
 use crate::normal::standard_normal;
 use crate::policy::{Policy, PolicyError, RandomPolicy};
@@ -81,7 +80,7 @@ pub fn write_set(
     writers: &mut [Box<dyn DatasetWriter>],
     mut progress: impl FnMut(&Episode),
 ) -> Result<Evaluation, DatasetError> {
-    let mut record = EpisodeRecord::for_writers(writers);
+    let mut record = record_for(writers);
     let mut episodes = Vec::new();
     for seed in seeds(first_seed).take(count) {
         policy.begin(seed);

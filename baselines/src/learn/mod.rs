@@ -36,50 +36,26 @@
 //!
 //! Networks are small multilayer perceptrons in `f32`, computed on the processor.
 
-mod adam;
 mod algorithm;
-mod algorithm_settings;
 mod checkpoint;
-mod collecting;
-mod critic;
-mod curve;
-mod cycle;
-mod ddpg;
-mod demonstrated;
-mod env;
 mod error;
-mod explorer;
-mod far_starts;
-mod inputs;
-mod learner;
-mod matrix;
 mod network;
-mod packing;
-mod pass;
-mod presets;
-mod product;
-mod range;
-mod replay;
 mod run;
-mod sac;
-mod sampled;
-pub(crate) mod seeds;
 mod settings;
-mod state_file;
-mod stricter;
-mod trainer;
-mod vectors;
 
-pub use algorithm::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
-pub use algorithm_settings::{DdpgSettings, SacSettings};
-pub use checkpoint::{Resumed, checkpoints};
-pub use curve::{Counters, CurveRow, Target, UpdateSeconds};
-pub use ddpg::Ddpg;
-pub use env::LearnEnv;
-pub use error::{CheckpointError, RunError, TrainError};
-pub use sac::Sac;
-pub use settings::{
-    AlgorithmSettings, ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings,
-    TrainSettings,
+pub use algorithm::{
+    ddpg::Ddpg,
+    interface::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions},
+    sac::Sac,
 };
-pub use trainer::Trainer;
+pub use checkpoint::{format::checkpoints, resume::Resumed};
+pub use error::{CheckpointError, RunError, TrainError};
+pub use run::{
+    curve::{Counters, CurveRow, Target, UpdateSeconds},
+    env::LearnEnv,
+    trainer::Trainer,
+};
+pub use settings::{
+    algorithm::{AlgorithmSettings, DdpgSettings, SacSettings},
+    train::{ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings, TrainSettings},
+};

@@ -13,7 +13,7 @@ use self::{
     control::{ACTION_LEN, Columns, Command, OPEN, View},
     pick_and_place::Phase,
 };
-use crate::lengths::lengths_of;
+use crate::dims::lengths_of;
 use crate::policy::{Policy, PolicyError};
 
 pub(crate) use strike::Strike;

@@ -15,7 +15,7 @@ use her_relabel::{Normalizer, Scalar, StateRows, files};
 pub use error::TrainedPolicyError;
 pub use header::{InputPart, PolicyHeader, SuccessRate};
 
-use crate::lengths::lengths_of;
+use crate::dims::lengths_of;
 use crate::policy::{Policy, PolicyError, VecPolicy};
 use crate::tanh::tanh;
 

@@ -1,6 +1,6 @@
 //! What holds for every recorded episode.
 
-use baselines::datasets::{About, DatasetError, EpisodeRecord};
+use baselines::datasets::{DatasetError, EpisodeRecord, Metadata};
 use fetch_env::{EnvId, FetchConfig, FetchObservation, GoalEnvExt, RewardKind, Task, make};
 
 use crate::{Result, bits, records, writers};
@@ -65,11 +65,11 @@ fn rewards_are_those_of_the_goals() -> Result {
 fn only_names_and_environments_that_others_know_are_described() -> Result {
     let env = make("FetchPush-v4")?;
     for name in ["", "push", "push-v", "push-v0/", "/push-v0", "../push-v0", "a b-v0", "push-v0x"] {
-        let error = About::new(name, &env, "", "").err().ok_or(name)?;
+        let error = Metadata::new(name, &env, "", "").err().ok_or(name)?;
         assert!(matches!(error, DatasetError::Name { .. }), "{name}: {error}");
     }
     let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_target_range(0.1)?;
-    let error = About::new("push-v0", &make(config)?, "", "").err().ok_or("described")?;
+    let error = Metadata::new("push-v0", &make(config)?, "", "").err().ok_or("described")?;
     assert!(matches!(error, DatasetError::Settings { .. }), "{error}");
     Ok(())
 }

@@ -12,7 +12,7 @@ mod whole;
 use std::path::Path;
 
 use baselines::datasets::{
-    About, DatasetWriter, EpisodeRecord, LeRobotWriter, MinariWriter, OgBenchWriter, SetKind,
+    DatasetWriter, EpisodeRecord, LeRobotWriter, Metadata, MinariWriter, OgBenchWriter, SetKind,
     SetPolicy,
 };
 use baselines::{buffer_config, collect};
@@ -37,15 +37,15 @@ fn records(count: u64) -> Result<Vec<EpisodeRecord>> {
     Ok(records)
 }
 
-fn about() -> Result<About> {
-    Ok(About::new(NAME, &make("FetchPush-v4")?, "four policies", "")?)
+fn metadata() -> Result<Metadata> {
+    Ok(Metadata::new(NAME, &make("FetchPush-v4")?, "four policies", "")?)
 }
 
 /// Begins a data set in each format.
 fn writers(folder: &Path) -> Result<[Box<dyn DatasetWriter>; 3]> {
-    let minari = MinariWriter::create(folder.join("minari"), about()?)?;
-    let ogbench = OgBenchWriter::create(folder.join("ogbench"), about()?)?;
-    let lerobot = LeRobotWriter::create(folder.join("lerobot"), about()?)?;
+    let minari = MinariWriter::create(folder.join("minari"), metadata()?)?;
+    let ogbench = OgBenchWriter::create(folder.join("ogbench"), metadata()?)?;
+    let lerobot = LeRobotWriter::create(folder.join("lerobot"), metadata()?)?;
     Ok([Box::new(minari), Box::new(ogbench), Box::new(lerobot)])
 }
 

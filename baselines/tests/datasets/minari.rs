@@ -11,7 +11,7 @@ use baselines::datasets::{EpisodeRecord, MinariWriter, SetKind, SetPolicy};
 use fetch_env::{Env, FetchSnapshot, GoalObservation, SnapshotEnv, make};
 use serde_json::Value;
 
-use crate::{NAME, Result, about, bits, records, write};
+use crate::{NAME, Result, bits, metadata, records, write};
 
 /// Reads the only table of a file.
 fn table(path: &Path) -> Result<RecordBatch> {
@@ -85,7 +85,7 @@ fn an_episode_goes_on_from_each_of_its_snapshots() -> Result {
     policy.begin(5);
     let mut record = EpisodeRecord::default().with_snapshots();
     record.record(&mut env, &mut policy, 5)?;
-    let mut writer = MinariWriter::create(folder.path(), about()?)?.with_snapshots();
+    let mut writer = MinariWriter::create(folder.path(), metadata()?)?.with_snapshots();
     writer.write(&record)?;
     writer.finish()?;
     let table = table(&folder.path().join(NAME).join("data/0/part-0.arrow"))?;
@@ -110,7 +110,7 @@ fn an_episode_goes_on_from_each_of_its_snapshots() -> Result {
 #[test]
 fn snapshots_that_are_asked_for_must_be_there() -> Result {
     let folder = tempfile::tempdir()?;
-    let mut writer = MinariWriter::create(folder.path(), about()?)?.with_snapshots();
+    let mut writer = MinariWriter::create(folder.path(), metadata()?)?.with_snapshots();
     let error = writer.write(&records(1)?[0]).err().ok_or("written")?;
     assert_eq!(error.to_string(), "snapshots has 0 elements: expected 51");
     Ok(())

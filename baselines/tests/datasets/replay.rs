@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use baselines::Evaluation;
 use baselines::datasets::{
-    About, DatasetError, DatasetWriter, EpisodeRecord, OgBenchWriter, ReplayError, write_replay,
+    DatasetError, DatasetWriter, EpisodeRecord, Metadata, OgBenchWriter, ReplayError, write_replay,
 };
 use baselines::learn::{AlgorithmSettings, DdpgSettings, TrainSettings};
 use fetch_env::{FetchObservation, Task, make};
@@ -38,15 +38,15 @@ fn write(
     Ok(evaluation)
 }
 
-fn about() -> Result<About> {
-    Ok(About::new("fetch/slide/replay-v0", &make("FetchSlide-v4")?, "a run", "")?)
+fn metadata() -> Result<Metadata> {
+    Ok(Metadata::new("fetch/slide/replay-v0", &make("FetchSlide-v4")?, "a run", "")?)
 }
 
 #[test]
 fn a_run_is_the_same_bytes_again() -> Result {
     let bytes = |seed: u64| -> Result<Vec<u8>> {
         let folder = tempfile::tempdir()?;
-        let writer = OgBenchWriter::create(folder.path(), about()?)?;
+        let writer = OgBenchWriter::create(folder.path(), metadata()?)?;
         let evaluation = write(settings(), seed, Box::new(writer))?;
         assert_eq!(evaluation.episodes.len(), 18);
         let name = "fetch-slide-replay-v0";

@@ -8,11 +8,11 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use baselines::datasets::{About, DatasetError, LeRobotWriter, MinariWriter, OgBenchWriter};
+use baselines::datasets::{DatasetError, LeRobotWriter, Metadata, MinariWriter, OgBenchWriter};
 use fetch_env::make;
 use serde_json::Value;
 
-use crate::{NAME, Result, about, records, write, writers};
+use crate::{NAME, Result, metadata, records, write, writers};
 
 const EPISODES: usize = 20;
 
@@ -116,10 +116,10 @@ fn the_next_writer_removes_what_a_killed_process_left_and_nothing_else() -> Resu
     fs::write(place.join(".mixed-v0.aBcDeF/thesis.txt"), "a thesis")?;
     let sets = names(&out)?;
     for set in &sets {
-        let about = About::new("fetch/push/other-v0", &make("FetchPush-v4")?, "", "")?;
-        drop(MinariWriter::create(out.join(set).join("minari"), about.clone())?);
-        drop(OgBenchWriter::create(out.join(set).join("ogbench"), about.clone())?);
-        drop(LeRobotWriter::create(out.join(set).join("lerobot"), about)?);
+        let metadata = Metadata::new("fetch/push/other-v0", &make("FetchPush-v4")?, "", "")?;
+        drop(MinariWriter::create(out.join(set).join("minari"), metadata.clone())?);
+        drop(OgBenchWriter::create(out.join(set).join("ogbench"), metadata.clone())?);
+        drop(LeRobotWriter::create(out.join(set).join("lerobot"), metadata)?);
     }
     let mut kept = hidden(&out)?;
     kept.sort();
@@ -161,7 +161,7 @@ fn folders_that_a_killed_process_made_are_removed_if_nothing_is_in_them() -> Res
         // It was killed a moment too early or too late.
         return Ok(());
     }
-    drop(MinariWriter::create(out.join("0/minari"), about()?)?);
+    drop(MinariWriter::create(out.join("0/minari"), metadata()?)?);
     assert_eq!(fs::read_dir(folder.path())?.count(), 0);
     Ok(())
 }

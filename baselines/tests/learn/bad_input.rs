@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use baselines::evaluate_spread;
+use baselines::evaluate_across_workers;
 use baselines::learn::{RunError, TrainError, Trainer};
 use baselines::{CollectorError, EvaluationError, RandomPolicy};
 use fetch_env::wrappers::{
@@ -260,7 +260,8 @@ fn a_failed_episode_has_its_number_among_those_of_all_ranks() {
         let mut policy = RandomPolicy::new(envs[0].action_space(), 0);
         let mut envs = VecEnv::new(envs, VecConfig::default()).expect("environments of one kind");
         numbers(
-            evaluate_spread(&mut *workers, &mut envs, &mut policy, 10, 100, |_| ()).unwrap_err(),
+            evaluate_across_workers(&mut *workers, &mut envs, &mut policy, 10, 100, |_| ())
+                .unwrap_err(),
         )
     });
     assert_eq!(spread, [(0, 100), (5, 105)]);

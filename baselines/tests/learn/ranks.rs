@@ -10,7 +10,7 @@ use baselines::learn::{
 };
 use baselines::workers::{OneProcess, Workers, agree, gather_values, share, sum};
 use baselines::{
-    Evaluation, TrainedPolicy, ZeroPolicy, evaluate, evaluate_spread, gather_episodes,
+    Evaluation, TrainedPolicy, ZeroPolicy, evaluate, evaluate_across_workers, gather_episodes,
 };
 use fetch_env::{Task, VecEnv, vec_env::VecConfig};
 use tempfile::tempdir;
@@ -362,7 +362,8 @@ fn an_evaluation_has_the_same_episodes_on_any_number_of_ranks() -> Result {
         let envs: Vec<_> = (0..4).map(|_| make().expect("an environment")).collect();
         let mut envs = VecEnv::new(envs, VecConfig::default()).expect("environments of one kind");
         let mut policy = TrainedPolicy::shipped(Task::Reach).expect("shipped");
-        evaluate_spread(&mut *workers, &mut envs, &mut policy, 10, 5, |_| ()).expect("episodes")
+        evaluate_across_workers(&mut *workers, &mut envs, &mut policy, 10, 5, |_| ())
+            .expect("episodes")
     };
     let one = evaluate(Box::new(OneProcess));
     for size in 2..=4 {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use baselines::{
     Evaluation,
-    datasets::{About, DatasetWriter, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set},
+    datasets::{Metadata, DatasetWriter, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set},
 };
 use fetch_env::{EnvId, make};
 use pyo3::prelude::*;
@@ -39,9 +39,9 @@ pub(crate) fn write_dataset(
         let env_id = EnvId { task: config.task(), reward: config.distance_reward().kind() };
         let mut env = make(config)?;
         let mut policy = SetPolicy::new(kind, &env).map_err(Error::chain)?;
-        let name = About::name_of(env_id, kind.name());
-        let about = About::new(&name, &env, policy.describe(), "").map_err(Error::chain)?;
-        let mut writers = [writer(format, folder, about, snapshots)?];
+        let name = Metadata::name_of(env_id, kind.name());
+        let metadata = Metadata::new(&name, &env, policy.describe(), "").map_err(Error::chain)?;
+        let mut writers = [writer(format, folder, metadata, snapshots)?];
         let mut evaluation = Evaluation { episodes: Vec::new() };
         for episode in 0..episodes as u64 {
             // Ctrl-C is an error like others: the writers remove what they have written.
@@ -61,16 +61,16 @@ pub(crate) fn write_dataset(
 fn writer(
     format: &str,
     folder: PathBuf,
-    about: About,
+    metadata: Metadata,
     snapshots: bool,
 ) -> Result<Box<dyn DatasetWriter>> {
     match format {
         "minari" => {
-            let writer = MinariWriter::create(folder, about).map_err(Error::chain)?;
+            let writer = MinariWriter::create(folder, metadata).map_err(Error::chain)?;
             Ok(Box::new(if snapshots { writer.with_snapshots() } else { writer }))
         }
         "ogbench" if snapshots => Err(Error::value("only the format minari has snapshots")),
-        "ogbench" => Ok(Box::new(OgBenchWriter::create(folder, about).map_err(Error::chain)?)),
+        "ogbench" => Ok(Box::new(OgBenchWriter::create(folder, metadata).map_err(Error::chain)?)),
         other => {
             Err(Error::value(format!("there is no format {other}: choose from minari, ogbench")))
         }

@@ -11,7 +11,7 @@ use std::{
 use anyhow::Context;
 use baselines::{
     Estimate, Evaluation, Policy, RandomPolicy, buffer_config, collect,
-    datasets::{About, EpisodeRecord},
+    datasets::{EpisodeRecord, Metadata},
     gather_episodes,
     workers::{Workers, share},
 };
@@ -132,10 +132,10 @@ fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bo
         flag_name(format),
         if *snapshots { " --snapshots" } else { "" }
     );
-    let about = About::new(&About::name_of(*env_id, stem), &env, name, command)?;
+    let metadata = Metadata::new(&Metadata::name_of(*env_id, stem), &env, name, command)?;
     let signals = Signals::listen()?;
     signals.put_off();
-    let mut writer = format.create(out, about, *snapshots)?;
+    let mut writer = format.create(out, metadata, *snapshots)?;
     let bar = progress::bar(episodes.get(), "episodes");
     let mut record = EpisodeRecord::default();
     if *snapshots {

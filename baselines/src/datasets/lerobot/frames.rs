@@ -7,11 +7,11 @@ use arrow_array::{ArrayRef, BooleanArray, Float32Array, Float64Array, Int64Array
 use arrow_schema::ArrowError;
 use serde_json::{Value, json};
 
-use crate::datasets::about::About;
 use crate::datasets::columns::Columns;
 use crate::datasets::episode::EpisodeRecord;
 use crate::datasets::error::DatasetError;
-use crate::lengths::lengths_of;
+use crate::datasets::metadata::Metadata;
+use crate::dims::lengths_of;
 use crate::policy::PolicyError;
 
 /// A column of all frames of an episode.
@@ -33,13 +33,14 @@ enum Elements<'a> {
 /// all.
 pub(super) fn features<'a>(
     episode: &'a EpisodeRecord,
-    about: &About,
+    metadata: &Metadata,
     num_episodes: i64,
     num_frames: i64,
 ) -> Result<Vec<Feature<'a>>, DatasetError> {
     let [observation, goal, action] =
-        lengths_of(&about.observation_space, &about.action_space).map_err(PolicyError::from)?;
-    let [qpos, qvel] = about.states;
+        lengths_of(&metadata.observation_space, &metadata.action_space)
+            .map_err(PolicyError::from)?;
+    let [qpos, qvel] = metadata.states;
     let steps = episode.rewards.len();
     let len = steps as i64;
     let feature = |name, width, elements| Feature { name, width, elements };
@@ -53,7 +54,7 @@ pub(super) fn features<'a>(
     let flags = |name, column: Cow<'a, [bool]>| feature(name, 1, Elements::Flags(column));
     let counts = |name, counts| feature(name, 1, Elements::Counts(counts));
     let done = episode.terminations.iter().zip(&episode.truncations).map(|(a, b)| *a || *b);
-    let time = (0..steps).map(|step| (step as f64 / about.steps_per_second) as f32);
+    let time = (0..steps).map(|step| (step as f64 / metadata.steps_per_second) as f32);
     Ok(vec![
         before("observation.state", observation, &episode.observations),
         before("observation.environment_state", goal, &episode.desired_goals),

@@ -14,12 +14,12 @@ use serde_json::{Map, Value, json};
 use super::frames::{Feature, features, table};
 use super::shards::{FILES_OF_CHUNK, Shard, Shards, Table};
 use super::statistics::Statistics;
-use crate::datasets::DatasetWriter;
-use crate::datasets::about::About;
 use crate::datasets::columns::Columns;
 use crate::datasets::episode::EpisodeRecord;
 use crate::datasets::error::DatasetError;
-use crate::datasets::staged::StagedFolder;
+use crate::datasets::metadata::Metadata;
+use crate::datasets::staged_folder::StagedFolder;
+use crate::datasets::writer::DatasetWriter;
 
 /// The size from which a file is full, in MiB.
 const FILE_SIZE: usize = 100;
@@ -45,7 +45,7 @@ const FILE_SIZE: usize = 100;
 /// step. The metadata contain the seed of each episode, and statistics without quantiles.
 #[derive(Debug)]
 pub struct LeRobotWriter {
-    about: About,
+    metadata: Metadata,
     folder: StagedFolder,
     frames: Shards,
     episodes: Shards,
@@ -62,10 +62,10 @@ impl LeRobotWriter {
     /// # Errors
     /// [`DatasetError::Exists`] if something with that name exists; [`DatasetError::File`] if a
     /// folder cannot be made.
-    pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
-        let name = match about.name.split_once('/') {
+    pub fn create(root: impl AsRef<Path>, metadata: Metadata) -> Result<Self, DatasetError> {
+        let name = match metadata.name.split_once('/') {
             Some((first, rest)) => format!("{first}/{}", rest.replace('/', "-")),
-            None => about.name.clone(),
+            None => metadata.name.clone(),
         };
         let folder = StagedFolder::create(root.as_ref(), &name)?;
         let frames = Shards::new(folder.path().join("data"), FILE_SIZE << 20);
@@ -73,9 +73,9 @@ impl LeRobotWriter {
         fs::create_dir(&meta).map_err(DatasetError::file(&meta))?;
         let episodes = Shards::new(meta.join("episodes"), FILE_SIZE << 20);
         let nothing = EpisodeRecord::default();
-        let features = features(&nothing, &about, 0, 0)?;
+        let features = features(&nothing, &metadata, 0, 0)?;
         let statistics = features.iter().map(|feature| Statistics::new(feature.width)).collect();
-        Ok(Self { about, folder, frames, episodes, statistics, num_episodes: 0, num_frames: 0 })
+        Ok(Self { metadata, folder, frames, episodes, statistics, num_episodes: 0, num_frames: 0 })
     }
 
     /// Writes the next episode.
@@ -84,12 +84,12 @@ impl LeRobotWriter {
     /// As [`DatasetWriter::write`], [`DatasetError::Length`] if there are no steps,
     /// [`DatasetError::Arrow`] and [`DatasetError::Parquet`].
     pub fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError> {
-        episode.check(&self.about)?;
+        episode.check(&self.metadata)?;
         let steps = episode.rewards.len();
         if steps == 0 {
             return Err(DatasetError::Length { column: "rewards", actual: 0, expected: 1 });
         }
-        let features = features(episode, &self.about, self.num_episodes, self.num_frames)?;
+        let features = features(episode, &self.metadata, self.num_episodes, self.num_frames)?;
         let statistics: Vec<_> = features
             .iter()
             .map(|feature| Statistics::of(&feature.numbers(), feature.width))
@@ -117,7 +117,7 @@ impl LeRobotWriter {
         let own_shard = self.episodes.next()?;
         let steps = episode.rewards.len() as i64;
         let mut tasks = ListBuilder::new(StringBuilder::new());
-        tasks.values().append_value(task(&self.about));
+        tasks.values().append_value(task(&self.metadata));
         tasks.append(true);
         let mut row = Columns::new(1);
         row.column("tasks", tasks.finish());
@@ -160,7 +160,7 @@ impl LeRobotWriter {
         self.episodes.close()?;
         self.write_tasks()?;
         let nothing = EpisodeRecord::default();
-        let features = features(&nothing, &self.about, 0, 0)?;
+        let features = features(&nothing, &self.metadata, 0, 0)?;
         let described = features.iter().map(|feature| (feature.name.into(), feature.describe()));
         let info = json!({
             "codebase_version": "v3.0",
@@ -170,7 +170,7 @@ impl LeRobotWriter {
             "total_tasks": 1,
             "chunks_size": FILES_OF_CHUNK,
             "data_files_size_in_mb": FILE_SIZE,
-            "fps": self.about.steps_per_second.round() as i64,
+            "fps": self.metadata.steps_per_second.round() as i64,
             "splits": { "train": format!("0:{}", self.num_episodes) },
             "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
             "video_path": null,
@@ -181,7 +181,7 @@ impl LeRobotWriter {
             named.map(|(feature, all)| (feature.name.into(), all.describe())).collect();
         self.folder.write_json("meta/info.json", &info)?;
         self.folder.write_json("meta/stats.json", &statistics)?;
-        self.folder.write_json("about.json", &self.about)?;
+        self.folder.write_json("about.json", &self.metadata)?;
         self.folder.publish()
     }
 
@@ -189,7 +189,7 @@ impl LeRobotWriter {
     fn write_tasks(&self) -> Result<(), DatasetError> {
         let mut tasks = Columns::new(1);
         tasks.column("task_index", Int64Array::from(vec![0]));
-        tasks.column("task", StringArray::from(vec![task(&self.about)]));
+        tasks.column("task", StringArray::from(vec![task(&self.metadata)]));
         let tasks = tasks.into_table()?;
         let column = |name, pandas_type, numpy_type| {
             json!({
@@ -229,8 +229,8 @@ impl DatasetWriter for LeRobotWriter {
 }
 
 /// Returns the task in words, for LeRobot's policies.
-const fn task(about: &About) -> &'static str {
-    match about.env_id.task {
+const fn task(metadata: &Metadata) -> &'static str {
+    match metadata.env_id.task {
         Task::Reach => "Move the gripper to the target.",
         Task::Push => "Push the block to the target.",
         Task::PickAndPlace => "Move the block to the target, on the table or above it.",

@@ -3,11 +3,11 @@
 use fetch_env::{EnvId, RewardKind, Task};
 use serde_json::{Value, json};
 
-use crate::datasets::about::{About, scene};
+use crate::datasets::metadata::{Metadata, scene};
 
 /// Returns the environment of the Python package, which `recover_environment()` makes.
-pub(super) fn own_spec(about: &About) -> Value {
-    let About { env_id, model, .. } = about;
+pub(super) fn own_spec(metadata: &Metadata) -> Value {
+    let Metadata { env_id, model, .. } = metadata;
     let kwargs = match *model {
         "builtin" => json!({ "env_id": env_id }),
         model => json!({ "env_id": env_id, "model": model }),
@@ -15,12 +15,12 @@ pub(super) fn own_spec(about: &About) -> Value {
     let classes = ["fetch_env:FetchEnv", "fetch_env:FetchVectorEnv"].map(Value::from);
     // Registered without, because the environment itself demands a reset first.
     let order_enforce = false;
-    spec(about, &format!("fetch_env/{env_id}"), classes, order_enforce, kwargs)
+    spec(metadata, &format!("fetch_env/{env_id}"), classes, order_enforce, kwargs)
 }
 
 /// Returns the environment of gymnasium-robotics, which `recover_environment(eval_env=True)` makes.
-pub(super) fn robotics_spec(about: &About) -> Value {
-    let EnvId { task, reward } = about.env_id;
+pub(super) fn robotics_spec(metadata: &Metadata) -> Value {
+    let EnvId { task, reward } = metadata.env_id;
     let module = scene(task);
     let class = match task {
         Task::Reach => "MujocoFetchReachEnv",
@@ -33,17 +33,23 @@ pub(super) fn robotics_spec(about: &About) -> Value {
         RewardKind::Sparse => "sparse",
         RewardKind::Dense => "dense",
     };
-    spec(about, &about.env_id.to_string(), classes, true, json!({ "reward_type": reward }))
+    spec(metadata, &metadata.env_id.to_string(), classes, true, json!({ "reward_type": reward }))
 }
 
-fn spec(about: &About, id: &str, classes: [Value; 2], order_enforce: bool, kwargs: Value) -> Value {
+fn spec(
+    metadata: &Metadata,
+    id: &str,
+    classes: [Value; 2],
+    order_enforce: bool,
+    kwargs: Value,
+) -> Value {
     let [entry_point, vector_entry_point] = classes;
     json!({
         "id": id,
         "entry_point": entry_point,
         "reward_threshold": null,
         "nondeterministic": false,
-        "max_episode_steps": about.max_episode_steps,
+        "max_episode_steps": metadata.max_episode_steps,
         "order_enforce": order_enforce,
         "disable_env_checker": false,
         "kwargs": kwargs,

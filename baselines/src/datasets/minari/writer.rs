@@ -9,11 +9,11 @@ use serde_json::{Value, json};
 use super::environment::{own_spec, robotics_spec};
 use super::spaces::space_json;
 use super::table::table;
-use crate::datasets::DatasetWriter;
-use crate::datasets::about::About;
 use crate::datasets::episode::EpisodeRecord;
 use crate::datasets::error::DatasetError;
-use crate::datasets::staged::StagedFolder;
+use crate::datasets::metadata::Metadata;
+use crate::datasets::staged_folder::StagedFolder;
+use crate::datasets::writer::DatasetWriter;
 
 /// The version of Minari whose format this is; later versions read it, too.
 const VERSION: &str = "0.5.0";
@@ -37,7 +37,7 @@ const VERSION: &str = "0.5.0";
 /// gymnasium-robotics, which must be installed.
 #[derive(Debug)]
 pub struct MinariWriter {
-    about: About,
+    metadata: Metadata,
     folder: StagedFolder,
     /// The folder of the episodes.
     data: PathBuf,
@@ -55,11 +55,11 @@ impl MinariWriter {
     /// # Errors
     /// [`DatasetError::Exists`] if something with that name exists; [`DatasetError::File`] if a
     /// folder cannot be made.
-    pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
-        let folder = StagedFolder::create(root.as_ref(), &about.name)?;
+    pub fn create(root: impl AsRef<Path>, metadata: Metadata) -> Result<Self, DatasetError> {
+        let folder = StagedFolder::create(root.as_ref(), &metadata.name)?;
         let data = folder.path().join("data");
         fs::create_dir(&data).map_err(DatasetError::file(&data))?;
-        Ok(Self { about, folder, data, episodes: 0, steps: 0, bytes: 0, has_snapshots: false })
+        Ok(Self { metadata, folder, data, episodes: 0, steps: 0, bytes: 0, has_snapshots: false })
     }
 
     /// Also writes the exact state of the environment inside its time limit, as the bytes that
@@ -76,7 +76,7 @@ impl MinariWriter {
     /// # Errors
     /// As [`DatasetWriter::write`], and [`DatasetError::Arrow`].
     pub fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError> {
-        episode.check(&self.about)?;
+        episode.check(&self.metadata)?;
         let (actual, expected) = (episode.snapshots.len(), episode.rewards.len() + 1);
         if self.has_snapshots && actual != expected {
             return Err(DatasetError::Length { column: "snapshots", actual, expected });
@@ -114,7 +114,7 @@ impl MinariWriter {
     }
 
     fn metadata(&self) -> Value {
-        let About { name, policy, version, .. } = &self.about;
+        let Metadata { name, policy, version, .. } = &self.metadata;
         // In units of a million bytes, with one digit after the point.
         let size = (self.bytes as f64 / 1e5).round() / 10.0;
         let mut metadata = json!({
@@ -125,16 +125,16 @@ impl MinariWriter {
             "total_episodes": self.episodes,
             "total_steps": self.steps,
             "dataset_size": size,
-            "env_spec": own_spec(&self.about).to_string(),
-            "eval_env_spec": robotics_spec(&self.about).to_string(),
+            "env_spec": own_spec(&self.metadata).to_string(),
+            "eval_env_spec": robotics_spec(&self.metadata).to_string(),
             "algorithm_name": policy,
-            "description": self.about.sentence(),
+            "description": self.metadata.sentence(),
             "requirements": [format!("fetch-env>={version}")],
-            "fetch": self.about,
+            "fetch": self.metadata,
         });
         let spaces = [
-            ("observation_space", &self.about.observation_space),
-            ("action_space", &self.about.action_space),
+            ("observation_space", &self.metadata.observation_space),
+            ("action_space", &self.metadata.action_space),
         ];
         for (key, space) in spaces {
             if let Some(json) = space_json(space) {

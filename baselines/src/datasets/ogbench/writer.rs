@@ -7,12 +7,12 @@ use std::path::Path;
 
 use super::column::Column;
 use crate::archive::Archive;
-use crate::datasets::DatasetWriter;
-use crate::datasets::about::About;
 use crate::datasets::episode::EpisodeRecord;
 use crate::datasets::error::DatasetError;
-use crate::datasets::staged::StagedFolder;
-use crate::lengths::lengths_of;
+use crate::datasets::metadata::Metadata;
+use crate::datasets::staged_folder::StagedFolder;
+use crate::datasets::writer::DatasetWriter;
+use crate::dims::lengths_of;
 use crate::policy::PolicyError;
 
 /// One of this many episodes is for validation: the second, and then every tenth.
@@ -40,7 +40,7 @@ const VALIDATION: usize = 10;
 /// observations to single precision.
 #[derive(Debug)]
 pub struct OgBenchWriter {
-    about: About,
+    metadata: Metadata,
     folder: StagedFolder,
     training: Part,
     validation: Part,
@@ -53,15 +53,16 @@ impl OgBenchWriter {
     /// # Errors
     /// [`DatasetError::Exists`] if something with that name exists; [`DatasetError::File`] if files
     /// cannot be made.
-    pub fn create(root: impl AsRef<Path>, about: About) -> Result<Self, DatasetError> {
-        let folder = StagedFolder::create(root.as_ref(), &file_name(&about))?;
+    pub fn create(root: impl AsRef<Path>, metadata: Metadata) -> Result<Self, DatasetError> {
+        let folder = StagedFolder::create(root.as_ref(), &file_name(&metadata))?;
         let [observation, goal, action] =
-            lengths_of(&about.observation_space, &about.action_space).map_err(PolicyError::from)?;
+            lengths_of(&metadata.observation_space, &metadata.action_space)
+                .map_err(PolicyError::from)?;
         let part = || {
-            Part::create(folder.path(), [observation, goal, action], about.states)
+            Part::create(folder.path(), [observation, goal, action], metadata.states)
                 .map_err(DatasetError::file(folder.path()))
         };
-        Ok(Self { training: part()?, validation: part()?, about, folder, episodes: 0 })
+        Ok(Self { training: part()?, validation: part()?, metadata, folder, episodes: 0 })
     }
 
     /// Writes the next episode.
@@ -69,7 +70,7 @@ impl OgBenchWriter {
     /// # Errors
     /// As [`DatasetWriter::write`].
     pub fn write(&mut self, episode: &EpisodeRecord) -> Result<(), DatasetError> {
-        episode.check(&self.about)?;
+        episode.check(&self.metadata)?;
         let is_validation = self.episodes % VALIDATION == 1;
         let part = if is_validation { &mut self.validation } else { &mut self.training };
         part.add(episode).map_err(DatasetError::file(self.folder.path()))?;
@@ -82,18 +83,18 @@ impl OgBenchWriter {
     /// # Errors
     /// As [`DatasetWriter::finish`].
     pub fn finish(self) -> Result<(), DatasetError> {
-        let Self { about, folder, training, validation, episodes } = self;
+        let Self { metadata, folder, training, validation, episodes } = self;
         if episodes < 2 {
             return Err(DatasetError::TooFew { episodes, least: 2 });
         }
-        let name = file_name(&about);
+        let name = file_name(&metadata);
         for (part, name) in
             [(training, format!("{name}.npz")), (validation, format!("{name}-val.npz"))]
         {
             let path = folder.path().join(name);
             part.write_to(&path).map_err(DatasetError::file(&path))?;
         }
-        folder.write_json("about.json", &about)?;
+        folder.write_json("about.json", &metadata)?;
         folder.publish()
     }
 }
@@ -109,8 +110,8 @@ impl DatasetWriter for OgBenchWriter {
 }
 
 /// Returns the name of the folder and of the archives.
-fn file_name(about: &About) -> String {
-    about.name.replace('/', "-")
+fn file_name(metadata: &Metadata) -> String {
+    metadata.name.replace('/', "-")
 }
 
 /// The arrays of an archive.

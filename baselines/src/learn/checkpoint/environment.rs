@@ -4,7 +4,7 @@ use fetch_env::{BoxSpace, SnapshotEnv, Space};
 use goal_reward::GoalReward;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::learn::env::LearnEnv;
+use crate::learn::run::env::LearnEnv;
 
 /// What identifies an environment. It has no id, because a user's environment has none.
 #[derive(Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use her_relabel::files;
 use zip::read::ZipFile;
 use zip::{CompressionMethod, ZipArchive};
 
-use super::{
+use super::format::{
     ENVIRONMENT, Header, NETWORKS, STATE, Saved, buffer_name, checkpoint_path, checkpoints,
     own_name, parse,
 };

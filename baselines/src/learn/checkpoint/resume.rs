@@ -5,17 +5,17 @@ use std::path::Path;
 use fetch_env::{EnvError, SnapshotEnv};
 use her_relabel::HerBuffer;
 
-use super::Own;
 use super::environment::EnvMark;
+use super::format::Own;
 use super::load::Loaded;
-use crate::learn::algorithm::{AlgorithmInit, Built};
-use crate::learn::curve::Counters;
-use crate::learn::env::LearnEnv;
+use crate::learn::algorithm::interface::{AlgorithmInit, Built};
+use crate::learn::algorithm::state_file::StateFault;
 use crate::learn::error::CheckpointError as Error;
-use crate::learn::inputs::Inputs;
-use crate::learn::settings::AlgorithmSettings;
-use crate::learn::state_file::StateFault;
-use crate::learn::trainer::Trainer;
+use crate::learn::run::curve::Counters;
+use crate::learn::run::env::LearnEnv;
+use crate::learn::run::inputs::Inputs;
+use crate::learn::run::trainer::Trainer;
+use crate::learn::settings::algorithm::AlgorithmSettings;
 use crate::workers::{OneProcess, Workers};
 
 /// How a run continues.
@@ -102,11 +102,11 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             let buffer = buffer.map_err(|error| damaged(error.to_string()))?;
             replayed.push((buffer, saved.demonstrated.get(number).cloned().unwrap_or_default()));
         }
-        let mut vectors = trainer.learner.form.read(&networks).map_err(|fault| match fault {
+        let mut vectors = trainer.updates.form.read(&networks).map_err(|fault| match fault {
             StateFault::Damaged(reason) => damaged(reason),
             StateFault::Foreign(reason) => foreign(&reason),
         })?;
-        let state = trainer.learner.algorithm.state_mut();
+        let state = trainer.updates.algorithm.state_mut();
         *state.num_updates = saved.num_updates;
         for (name, vector) in state.vectors {
             vectors.remove(&name).into_iter().for_each(|saved| *vector = saved);

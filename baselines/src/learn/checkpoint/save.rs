@@ -9,18 +9,18 @@ use her_relabel::files;
 use serde::Serialize;
 
 use super::environment::EnvMark;
-use super::load::header;
-use super::{
+use super::format::{
     ENVIRONMENT, Header, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
     checkpoints_by_steps, own_name, parse,
 };
+use super::load::header;
 use crate::archive::Archive;
-use crate::learn::collecting::CollectedEnv;
-use crate::learn::demonstrated::Demonstrated;
-use crate::learn::env::LearnEnv;
 use crate::learn::error::{CheckpointError as Error, TrainError};
-use crate::learn::learner::Learner;
-use crate::learn::trainer::Trainer;
+use crate::learn::run::collecting::CollectedEnv;
+use crate::learn::run::demonstrated::Demonstrated;
+use crate::learn::run::env::LearnEnv;
+use crate::learn::run::trainer::Trainer;
+use crate::learn::run::updates::Updates;
 use crate::workers::{gather_values, sum};
 
 /// The number of checkpoints that are kept in a folder.
@@ -157,7 +157,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         own: &'a [u8],
         others: &'a [[Vec<u8>; 2]],
     ) -> Result<Parts<'a>, String> {
-        let Learner { algorithm, form, .. } = &mut self.learner;
+        let Updates { algorithm, form, .. } = &mut self.updates;
         let (num_updates, networks) = form.write(&mut **algorithm)?;
         let saved = Saved {
             version: VERSION,

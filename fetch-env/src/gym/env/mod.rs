@@ -1,9 +1,9 @@
 //! Environments in general: resets, steps and snapshots.
 
 pub(crate) mod action_space;
+mod boxed;
 pub(crate) mod goal;
 pub(crate) mod observation;
-mod pointers;
 
 use std::fmt::Debug;
 

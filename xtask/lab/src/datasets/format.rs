@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::Context;
 use baselines::datasets::{
-    About, DatasetError, DatasetWriter, LeRobotWriter, MinariWriter, OgBenchWriter,
+    DatasetError, DatasetWriter, LeRobotWriter, Metadata, MinariWriter, OgBenchWriter,
 };
 use hmac_sha256::Hash;
 
@@ -29,16 +29,16 @@ impl Format {
     pub fn create(
         self,
         root: &Path,
-        about: About,
+        metadata: Metadata,
         snapshots: bool,
     ) -> Result<Box<dyn DatasetWriter>, DatasetError> {
         Ok(match self {
             Self::Minari if snapshots => {
-                Box::new(MinariWriter::create(root, about)?.with_snapshots())
+                Box::new(MinariWriter::create(root, metadata)?.with_snapshots())
             }
-            Self::Minari => Box::new(MinariWriter::create(root, about)?),
-            Self::Ogbench => Box::new(OgBenchWriter::create(root, about)?),
-            Self::Lerobot => Box::new(LeRobotWriter::create(root, about)?),
+            Self::Minari => Box::new(MinariWriter::create(root, metadata)?),
+            Self::Ogbench => Box::new(OgBenchWriter::create(root, metadata)?),
+            Self::Lerobot => Box::new(LeRobotWriter::create(root, metadata)?),
         })
     }
 

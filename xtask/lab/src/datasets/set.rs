@@ -8,7 +8,7 @@ use std::{
 use baselines::{
     Episode, Evaluation,
     datasets::{
-        About, DatasetError, DatasetWriter, EpisodeRecord, SetKind, SetPolicy, write_replay,
+        DatasetError, DatasetWriter, EpisodeRecord, Metadata, SetKind, SetPolicy, write_replay,
         write_set,
     },
     learn::TrainSettings,
@@ -77,11 +77,11 @@ impl Set {
         let Self { env_id, kind, model, episodes: count, first_seed, snapshots } = self;
         let make = || Ok(make(env_id.config().with_model(model.source()))?);
         let mut env = make()?;
-        let name = About::name_of(env_id, kind.name());
+        let name = Metadata::name_of(env_id, kind.name());
         let begin = |env: &MujocoEnv, policy: &str| {
-            let about = About::new(&name, env, policy, command)?;
+            let metadata = Metadata::new(&name, env, policy, command)?;
             let create =
-                |format: &Format| format.create(&format.root(out), about.clone(), snapshots);
+                |format: &Format| format.create(&format.root(out), metadata.clone(), snapshots);
             let mut writers = formats.iter().map(create).collect::<Result<Vec<_>, _>>()?;
             writers.push(Box::new(UntilSignal { signals: signals.clone(), out: out.to_owned() }));
             Ok::<_, DatasetError>(writers)

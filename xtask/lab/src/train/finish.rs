@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use baselines::{
-    SuccessRate, TrainedPolicy, evaluate_spread,
+    SuccessRate, TrainedPolicy, evaluate_across_workers,
     learn::{Counters, CurveRow, Target, TrainError, Trainer},
     workers::{Workers, gather_values, sum},
 };
@@ -170,7 +170,7 @@ fn measured(
     let vec_config = VecConfig::default().with_num_threads(threads);
     let mut envs = make_vec(config, episodes.min(FINAL_ENVS), vec_config)?;
     let evaluation =
-        evaluate_spread(workers, &mut envs, &mut policy, episodes, FINAL_SEED, |_| ())?;
+        evaluate_across_workers(workers, &mut envs, &mut policy, episodes, FINAL_SEED, |_| ())?;
     let summary = evaluation.summary()?;
     let rate = summary.success_rate;
     let success = SuccessRate { rate, episodes, first_seed: FINAL_SEED };

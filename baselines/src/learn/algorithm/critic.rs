@@ -1,0 +1,78 @@
+//! What actor-critic algorithms share: the values that critics estimate, gradients that processes
+//! average, and how an algorithm is printed.
+
+use super::interface::Transitions;
+use crate::learn::network::pass::Pass;
+use crate::learn::network::perceptron::Network;
+use crate::learn::network::vectors::parts_mut;
+
+/// Returns the values of actions, as a critic estimates them: a number for each row.
+pub(super) fn evaluate<'a>(
+    pass: &'a mut Pass,
+    critic: &Network,
+    inputs: &[f32],
+    actions: &[f32],
+) -> &'a [f32] {
+    let width = critic.shape.num_inputs();
+    let num_rows = (inputs.len() + actions.len()) / width;
+    let len = inputs.len() / num_rows;
+    let joined = pass.input_mut(num_rows, width).chunks_exact_mut(width);
+    let rows = inputs.chunks_exact(len).zip(actions.chunks_exact(width - len));
+    for (joined, (input, action)) in joined.zip(rows) {
+        joined[..len].copy_from_slice(input);
+        joined[len..].copy_from_slice(action);
+    }
+    pass.forward(critic)
+}
+
+/// Computes the gradient of a critic's mean squared error against `targets`. Returns the error and
+/// the mean value.
+pub(super) fn regress(
+    pass: &mut Pass,
+    critic: &Network,
+    batch: Transitions<'_>,
+    targets: &[f32],
+    gradient: &mut [f32],
+) -> (f32, f32) {
+    let share = batch.share();
+    let values = evaluate(pass, critic, batch.input, batch.action);
+    let value = values.iter().sum::<f32>() * share;
+    let errors = values.iter().zip(targets).map(|(value, target)| value - target);
+    let loss = errors.map(|error| error * error).sum::<f32>() * share;
+    let slope = |row: usize, value: f32| 2.0 * share * (value - targets[row]);
+    pass.backward(critic, slope, Some(gradient), 0);
+    (loss, value)
+}
+
+/// The gradients of an update and then the losses, in one vector that processes average.
+pub(super) struct Gradients<const N: usize> {
+    pub(super) numbers: Vec<f32>,
+    lens: [usize; N],
+}
+
+impl<const N: usize> Gradients<N> {
+    /// Creates parts with these lengths.
+    pub(super) fn new(lens: [usize; N]) -> Self {
+        Self { numbers: vec![0.0; lens.iter().sum()], lens }
+    }
+
+    /// Returns the parts.
+    pub(super) fn parts_mut(&mut self) -> [&mut [f32]; N] {
+        parts_mut(&mut self.numbers, self.lens)
+    }
+}
+
+/// Lets an algorithm print its settings and how often it was updated, but not its weights.
+macro_rules! debug_settings {
+    ($algorithm:ident) => {
+        impl std::fmt::Debug for $algorithm {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.debug_struct(stringify!($algorithm))
+                    .field("settings", &self.settings)
+                    .field("num_updates", &self.num_updates)
+                    .finish_non_exhaustive()
+            }
+        }
+    };
+}
+pub(super) use debug_settings;

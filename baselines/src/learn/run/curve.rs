@@ -1,0 +1,134 @@
+//! The learning curve of a run.
+
+use serde::{Deserialize, Serialize};
+
+use crate::learn::algorithm::interface::Losses;
+use crate::statistics::Estimate;
+
+/// The counts of a run so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Counters {
+    /// The number of steps of all environments.
+    pub steps: u64,
+    /// The number of finished episodes.
+    pub episodes: u64,
+    /// The number of demonstrated episodes that the run began with.
+    pub demonstrations: u64,
+    /// The number of episodes discarded because their environment failed.
+    pub discarded_episodes: u64,
+    /// The number of updates.
+    pub updates: u64,
+    /// The number of evaluations.
+    pub evaluations: u64,
+    /// The time spent collecting and updating, in seconds.
+    pub seconds: f64,
+}
+
+impl Counters {
+    /// Returns the counts, each with its name.
+    pub(crate) const fn counts(&self) -> [(&'static str, u64); 6] {
+        let Self {
+            steps, episodes, demonstrations, discarded_episodes, updates, evaluations, ..
+        } = *self;
+        [
+            ("steps", steps),
+            ("episodes", episodes),
+            ("demonstrations", demonstrations),
+            ("discarded episodes", discarded_episodes),
+            ("updates", updates),
+            ("evaluations", evaluations),
+        ]
+    }
+}
+
+/// A row of the learning curve: the state of the run at an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct CurveRow {
+    /// The counters at the evaluation.
+    pub counters: Counters,
+    /// The share of the greedy policy's episodes whose last step was a success.
+    pub success_rate: Estimate,
+    /// The mean sum of rewards of these episodes.
+    pub episode_return_mean: f64,
+    /// Their mean distance from the goal after the last step: meters in the Fetch tasks.
+    pub final_distance_mean: f64,
+    /// The success rate of the episodes collected since the last evaluation.
+    pub collected_success: Option<f64>,
+    /// The mean losses of the updates since the last evaluation.
+    pub losses: Option<Losses>,
+}
+
+/// The success rate at which a run may stop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Target {
+    /// The success rate to reach.
+    pub success_rate: f64,
+    /// The number of evaluations in a row that must reach it.
+    pub evaluations: usize,
+}
+
+impl Target {
+    /// Whether the last rows of a curve reach the target.
+    #[must_use]
+    pub fn is_reached(&self, rows: &[CurveRow]) -> bool {
+        let reaches = |row: &CurveRow| row.success_rate.value >= self.success_rate;
+        rows.len() >= self.evaluations && rows.iter().rev().take(self.evaluations).all(reaches)
+    }
+}
+
+/// The time that the updates of a [`Trainer`](crate::learn::Trainer) have taken since it was made or
+/// resumed, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct UpdateSeconds {
+    /// The time in all.
+    pub total: f64,
+    /// The part of it spent averaging over processes, waiting included.
+    pub exchanging: f64,
+}
+
+/// Sums since the last evaluation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Recent {
+    episodes: u64,
+    successes: u64,
+    updates: u64,
+    critic: f64,
+    actor: f64,
+    value: f64,
+}
+
+impl Recent {
+    pub(super) const fn add_episodes(&mut self, episodes: u64, successes: u64) {
+        self.episodes += episodes;
+        self.successes += successes;
+    }
+
+    /// Returns the counts, each with its name.
+    pub(crate) const fn counts(&self) -> [(&'static str, u64); 3] {
+        let Self { episodes, successes, updates, .. } = *self;
+        [("episodes", episodes), ("successes", successes), ("updates", updates)]
+    }
+
+    /// Returns the success rate of the episodes.
+    pub(super) fn success_rate(&self) -> Option<f64> {
+        (self.episodes > 0).then(|| self.successes as f64 / self.episodes as f64)
+    }
+
+    pub(super) fn add(&mut self, losses: Losses) {
+        self.updates += 1;
+        self.critic += f64::from(losses.critic);
+        self.actor += f64::from(losses.actor);
+        self.value += f64::from(losses.value);
+    }
+
+    /// Returns the mean of the losses.
+    pub(super) fn losses(&self) -> Option<Losses> {
+        let mean = |sum: f64| (sum / self.updates as f64) as f32;
+        let losses =
+            Losses { critic: mean(self.critic), actor: mean(self.actor), value: mean(self.value) };
+        (self.updates > 0).then_some(losses)
+    }
+}

@@ -1,0 +1,18 @@
+//! A run: what collects, what holds and draws, what updates, and the loop over them.
+
+pub(crate) mod collecting;
+pub(crate) mod curve;
+mod cycle;
+pub(crate) mod demonstrated;
+pub(crate) mod env;
+mod evaluation;
+pub(crate) mod explorer;
+mod far_starts;
+pub(crate) mod inputs;
+mod offline;
+mod replay;
+mod seeds;
+mod stricter;
+pub(crate) mod trainer;
+mod training_loop;
+pub(crate) mod updates;

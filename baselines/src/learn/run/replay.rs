@@ -1,0 +1,265 @@
+//! The part of a run that holds transitions and draws them.
+
+use std::collections::BTreeSet;
+use std::iter::repeat_n;
+use std::num::NonZeroUsize;
+use std::ops::RangeInclusive;
+
+use fetch_env::vec_env::VecEnvError;
+use goal_reward::{GoalReward, Symmetry};
+use her_relabel::{
+    Batch, ColumnsMut, GoalMixture, GoalNoise, GoalPart, GoalStrategy, HerBuffer, NStep, Sampler,
+    StateRows, StillEpisodes, Transforms, UnitInterval,
+};
+
+use super::demonstrated::Demonstrated;
+use super::env::LearnEnv;
+use super::inputs::Inputs;
+use super::seeds::{SeedUse, seed_for};
+use super::stricter::Stricter;
+use crate::collect::buffer_config;
+use crate::learn::algorithm::interface::Transitions;
+use crate::learn::error::{RunError, TrainError};
+use crate::learn::settings::train::{InputSettings, ReplaySettings};
+
+/// The buffer of a run, and how batches are drawn from it.
+pub(crate) struct Replay<E: LearnEnv> {
+    /// An environment that has the reward as a function of goals.
+    pub(crate) template: E,
+    pub(crate) buffer: HerBuffer<f32>,
+    pub(crate) inputs: Inputs,
+    pub(crate) demonstrated: Demonstrated,
+    /// The symmetries by which some rows are mirrored; batches take them in turn.
+    symmetries: Vec<Symmetry>,
+    sampler: Sampler,
+    n_step_updates: Option<u64>,
+    settings: InputSettings,
+    strictness: f64,
+    /// The seed of this process.
+    seed: u64,
+    /// The last batch; its vectors are reused.
+    batch: Batch<f32>,
+    input: Vec<f32>,
+    next_input: Vec<f32>,
+    is_demonstrated: Vec<bool>,
+}
+
+impl<E: LearnEnv> Replay<E> {
+    /// Prepares for transitions of environments like `template`, without a discount until
+    /// [`set_discount`](Self::set_discount).
+    pub(super) fn new(
+        template: E,
+        num_envs: usize,
+        replay: &ReplaySettings,
+        inputs: &InputSettings,
+        seed: u64,
+    ) -> Result<Self, TrainError> {
+        let config = buffer_config(replay.capacity, &template).map_err(VecEnvError::from)?;
+        let mut config = config.with_num_envs(num_envs);
+        if let Some(still) = still_episodes(replay)? {
+            let seed = seed_for(seed, SeedUse::StillEpisodes, 0);
+            config = config.with_still_episodes(still.with_seed(seed));
+        }
+        let dims = config.dims();
+        let left_out: BTreeSet<_> = inputs.left_out.iter().collect();
+        if left_out.len() < inputs.left_out.len()
+            || left_out.last().is_some_and(|last| **last >= dims.observation)
+        {
+            return Err(TrainError::Setting {
+                name: "left_out",
+                value: format!("{:?}", inputs.left_out),
+                expected: "choose elements of the observation, counted from 0, each once",
+            });
+        }
+        let sampler = sampler(replay)?;
+        Ok(Self {
+            demonstrated: Demonstrated::default(),
+            inputs: Inputs::new(inputs, dims)?,
+            symmetries: symmetries(&template, replay)?,
+            template,
+            buffer: HerBuffer::new(config)?,
+            sampler,
+            n_step_updates: replay.n_step_updates,
+            settings: inputs.clone(),
+            strictness: replay.strictness,
+            seed,
+            batch: Batch::new(),
+            input: Vec::new(),
+            next_input: Vec::new(),
+            is_demonstrated: Vec::new(),
+        })
+    }
+
+    /// Returns the number of symmetries by which rows are mirrored.
+    pub(super) const fn num_symmetries(&self) -> usize {
+        self.symmetries.len()
+    }
+
+    /// Sets the discount of a step, which the algorithm determines.
+    pub(super) fn set_discount(&mut self, gamma: f64) -> Result<(), TrainError> {
+        self.sampler = self.sampler.with_discount(share("gamma", gamma)?);
+        Ok(())
+    }
+
+    /// Returns the statistics of `num_rows` drawn transitions, as many as were added since the last
+    /// call, with relabeled goals, as the authors do; `None` if there are none. `draw` determines
+    /// the draw, and the symmetries take turns by the number `turn`.
+    pub(super) fn seen(
+        &self,
+        num_rows: usize,
+        draw: (SeedUse, u64),
+        turn: u64,
+    ) -> Result<Option<Inputs>, RunError> {
+        if self.buffer.is_empty() || num_rows == 0 {
+            return Ok(None);
+        }
+        let (seed_use, number) = draw;
+        let seed = seed_for(self.seed, seed_use, number);
+        let sampler = self.sampler.with_batch_size(num_rows);
+        let mut batch = Batch::<f32>::new();
+        let symmetry = symmetry_of(&self.symmetries, turn);
+        let transforms = Transforms { symmetry, ..Transforms::default() };
+        let (reward, columns) = (self.reward(), ColumnsMut::default());
+        sampler.sample_into(&self.buffer, &reward, seed, &mut batch, transforms, columns)?;
+        let mut seen = Inputs::new(&self.settings, self.buffer.config().dims())?;
+        seen.update(&StateRows {
+            observation: batch.observation(),
+            achieved_goal: batch.achieved_goal(),
+            desired_goal: batch.desired_goal(),
+        })?;
+        Ok(Some(seen))
+    }
+
+    /// Returns the reward of training.
+    fn reward(&self) -> Stricter<'_, E::GoalReward> {
+        Stricter { reward: self.template.goal_reward(), strictness: self.strictness }
+    }
+
+    /// Returns the sampler of update `number`, counted from 0.
+    fn sampler(&self, number: u64) -> Sampler {
+        if self.n_step_updates.is_none_or(|updates| number < updates) {
+            return self.sampler;
+        }
+        let discount = self.sampler.discount();
+        self.sampler.with_n_step(discount.map(|gamma| NStep::new(NonZeroUsize::MIN, gamma)))
+    }
+
+    /// Draws the batch of update `number`, counted from 0.
+    pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
+        let sampler = self.sampler(number);
+        let Self { template, buffer, inputs, symmetries, strictness, .. } = self;
+        let Self { batch, input, next_input, .. } = self;
+        let sampler = sampler.with_joined_goal(inputs.joined_goal());
+        let seed = seed_for(self.seed, SeedUse::Batches, number);
+        let len = sampler.batch_size() * inputs.dim();
+        input.resize(len, 0.0);
+        next_input.resize(len, 0.0);
+        let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
+        let reward = Stricter { reward: template.goal_reward(), strictness: *strictness };
+        let transforms = Transforms {
+            normalizers: inputs.normalizers(),
+            symmetry: symmetry_of(symmetries, number),
+        };
+        sampler.sample_into(buffer, &reward, seed, batch, transforms, columns)?;
+        inputs.leave_out(input);
+        inputs.leave_out(next_input);
+        let (low, high) = sum_bounds(reward.bounds(), sampler.n_step());
+        let is_outside = |reward: &&f32| !(low as f32..=high as f32).contains(*reward);
+        if let Some(value) = batch.reward().iter().find(is_outside) {
+            return Err(RunError::RewardOutside { value: f64::from(*value), low, high });
+        }
+        self.is_demonstrated.clear();
+        let demonstrated = batch.transition().iter().map(|id| self.demonstrated.contains(*id));
+        self.is_demonstrated.extend(demonstrated);
+        Ok(Transitions {
+            len: batch.len(),
+            input,
+            action: batch.action(),
+            reward: batch.reward(),
+            discount: batch.discount(),
+            next_input,
+            demonstrated: &self.is_demonstrated,
+        })
+    }
+}
+
+/// Returns the lowest and the highest sum of the rewards of a window, for rewards within `bounds`.
+fn sum_bounds(bounds: RangeInclusive<f64>, n_step: Option<NStep>) -> (f64, f64) {
+    let (low, high) = bounds.into_inner();
+    let sums = |reward: f64| {
+        let of = |reward: f64| {
+            n_step.map_or(reward, |n_step| n_step.sum(repeat_n(reward, n_step.steps().get())).0)
+        };
+        // A window can be as short as one step, and stored rewards are rounded before the sum.
+        [reward, of(reward), of(f64::from(reward as f32))]
+    };
+    let (lowest, highest) = (sums(low), sums(high));
+    (lowest.into_iter().fold(low, f64::min), highest.into_iter().fold(high, f64::max))
+}
+
+/// Returns the sampler of the settings, whose windows have no discount yet.
+fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
+    let ReplaySettings { batch_size, future_k, past_desired, already_achieved, .. } = *settings;
+    let noise = share("goal_noise_share", settings.goal_noise_share)?;
+    let noise = GoalNoise::new(settings.goal_noise, noise);
+    let goals = GoalMixture::new(&[
+        GoalPart::new(GoalStrategy::Future, 1.0),
+        GoalPart::new(GoalStrategy::PastDesired, past_desired),
+    ]);
+    let goals = goals.map_err(|_| TrainError::Setting {
+        name: "past_desired",
+        value: past_desired.to_string(),
+        expected: "choose a finite number of at least 0",
+    })?;
+    let ratio = share("future_k", future_k / (future_k + 1.0))?;
+    let n_step = NonZeroUsize::new(settings.n_step).unwrap_or(NonZeroUsize::MIN);
+    Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
+        .with_n_step(NStep::new(n_step, UnitInterval::ONE))
+        .with_goals(goals)
+        .with_already_achieved(share("already_achieved", already_achieved)?)
+        .with_recomputed_rewards(settings.strictness != 1.0)
+        .with_mirrored(share("mirrored", settings.mirrored)?)
+        .with_goal_noise((noise.share() != UnitInterval::ZERO).then_some(noise)))
+}
+
+/// Returns the symmetries by which transitions are mirrored; empty if none are.
+fn symmetries<E: LearnEnv>(
+    template: &E,
+    settings: &ReplaySettings,
+) -> Result<Vec<Symmetry>, TrainError> {
+    if settings.mirrored == 0.0 {
+        return Ok(Vec::new());
+    }
+    let symmetries = template.symmetries();
+    if symmetries.is_empty() {
+        return Err(TrainError::Setting {
+            name: "mirrored",
+            value: settings.mirrored.to_string(),
+            expected: "choose 0, because the environment has no GoalEnv::symmetries, or give it \
+                 some",
+        });
+    }
+    Ok(symmetries)
+}
+
+/// Returns the symmetry of batch `number`; they take turns.
+fn symmetry_of(symmetries: &[Symmetry], number: u64) -> Option<&Symmetry> {
+    let count = symmetries.len() as u64;
+    symmetries.get(usize::try_from(number.checked_rem(count)?).ok()?)
+}
+
+/// Returns which still episodes are left out; `None` if none are.
+fn still_episodes(settings: &ReplaySettings) -> Result<Option<StillEpisodes>, TrainError> {
+    let kept = share("still_kept", settings.still_kept)?;
+    let still = StillEpisodes::new(settings.still_distance, kept);
+    Ok((kept != UnitInterval::ONE).then_some(still))
+}
+
+/// Checks a share.
+fn share(name: &'static str, value: f64) -> Result<UnitInterval, TrainError> {
+    UnitInterval::new(value).map_err(|_| TrainError::Setting {
+        name,
+        value: value.to_string(),
+        expected: "choose a number from 0 to 1",
+    })
+}

@@ -1,0 +1,6 @@
+//! The settings of a run, their ranges, and the presets.
+
+pub(crate) mod algorithm;
+mod presets;
+pub(crate) mod range;
+pub(crate) mod train;
