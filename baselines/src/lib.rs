@@ -15,7 +15,7 @@
 //! | know how much of a task can be solved | a [`Planner`], which knows the simulator |
 //! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
 //! | fill a replay buffer | [`collect`], or a [`Collector`] of many environments |
-//! | write a data set for LeRobot, Minari or OGBench | a `datasets::DatasetWriter` |
+//! | write a data set for Minari or OGBench | a `datasets::DatasetWriter` |
 //! | read a Minari data set | `datasets::import_minari` |
 //! | train a policy | `learn::Trainer` |
 //! | train with your own algorithm | `learn::Algorithm` |
@@ -24,7 +24,7 @@
 //! # Features
 //! - `mujoco`, `render` (default): the environments on MuJoCo, and their pictures.
 //! - `learn`: the module `learn`.
-//! - `lerobot`, `minari`, `ogbench`: the module `datasets`, with a writer of each format, and
+//! - `minari`, `ogbench`: the module `datasets`, with a writer of each format, and
 //!   Minari's reader.
 //! - `page`: the module `page`.
 //! - `mpi`: `workers::MpiWorkers`, the processes that `mpirun` starts.

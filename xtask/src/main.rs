@@ -104,12 +104,11 @@ const OWN: [commands::Command; 11] = [
     },
     commands::Command {
         name: "python",
-        usage: "[--sb3 | --sets <STEPS> [--lerobot] | --their-tests <FOLDER>]
+        usage: "[--sb3 | --sets <STEPS> | --their-tests <FOLDER>]
 
   --sb3                   Test the parts for Stable-Baselines3 instead, which installs torch
   --sets <STEPS>          Instead, write all data sets with this many steps each, and read them
                           with the loaders of Minari and OGBench
-  --lerobot               Also read them with LeRobot's loader, which installs torch
   --their-tests <FOLDER>  Run the tests of this checkout of Gymnasium 1.4.0 or gymnasium-robotics
                           1.4.2 on these environments instead",
         run: python::run,

@@ -35,8 +35,6 @@ const TESTERS: [&str; 9] = [
 const OGBENCH: &str = "ogbench==1.2.2";
 /// The package that the tests of Stable-Baselines3 need; it installs torch.
 const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
-/// LeRobot's loader; it installs torch, too.
-const LEROBOT: &str = "lerobot==0.4.4";
 
 /// The tests to run on the package.
 enum Tests {
@@ -47,7 +45,7 @@ enum Tests {
     /// The tests of a checkout.
     Theirs(PathBuf),
     /// The tests of the data sets that `datasets` writes, with this many steps each.
-    Sets { steps: String, with_lerobot: bool },
+    Sets(String),
 }
 
 impl Tests {
@@ -57,12 +55,7 @@ impl Tests {
             tests = match (argument, tests) {
                 (Long("sb3"), Self::Own) => Self::StableBaselines3,
                 (Long("their-tests"), Self::Own) => Self::Theirs(arguments.value()?.into()),
-                (Long("sets"), Self::Own) => {
-                    Self::Sets { steps: arguments.value()?.string()?, with_lerobot: false }
-                }
-                (Long("lerobot"), Self::Sets { steps, .. }) => {
-                    Self::Sets { steps, with_lerobot: true }
-                }
+                (Long("sets"), Self::Own) => Self::Sets(arguments.value()?.string()?),
                 (other, _) => return Err(other.unexpected().into()),
             };
         }
@@ -73,8 +66,7 @@ impl Tests {
     const fn heavy_package(&self) -> Option<&'static str> {
         match self {
             Self::StableBaselines3 => Some(STABLE_BASELINES3),
-            Self::Sets { with_lerobot: true, .. } => Some(LEROBOT),
-            Self::Own | Self::Theirs(_) | Self::Sets { .. } => None,
+            Self::Own | Self::Theirs(_) | Self::Sets(_) => None,
         }
     }
 }
@@ -105,13 +97,10 @@ pub fn run(arguments: Parser) -> anyhow::Result<bool> {
                 check(&["pytest", "-p", "theirs", "--quiet", "--tb", "short", "-rxs"])?;
             succeeds(command.env("PYTHONPATH", folder.join("tests")).current_dir(checkout))
         }
-        Tests::Sets { steps, .. } => {
+        Tests::Sets(steps) => {
             let sets = tempfile::tempdir()?;
             write_sets(&steps, sets.path())?;
             let mut command = check(&["pytest", "--quiet", "-rs", "tests/sets"])?;
-            // LeRobot's loader copies what it reads into a cache, which must not be the user's.
-            let cache = tempfile::tempdir()?;
-            command.env("HF_HOME", cache.path()).env("HF_HUB_OFFLINE", "1");
             succeeds(command.env("FETCH_ENV_SETS", sets.path()))
         }
         Tests::StableBaselines3 => succeeds(&mut check(&["pytest", "--quiet", "tests/sb3"])?),

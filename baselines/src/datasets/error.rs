@@ -83,13 +83,9 @@ pub enum DatasetError {
         source: EnvError,
     },
     /// Arrow refused the columns.
-    #[cfg(any(feature = "lerobot", feature = "minari"))]
+    #[cfg(feature = "minari")]
     #[error("the episode cannot be written as Arrow")]
     Arrow(#[from] arrow_schema::ArrowError),
-    /// A Parquet file could not be written.
-    #[cfg(feature = "lerobot")]
-    #[error("the episode cannot be written as Parquet")]
-    Parquet(#[from] parquet::errors::ParquetError),
 }
 
 debug_as_display!(DatasetError);

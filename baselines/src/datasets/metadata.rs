@@ -32,10 +32,6 @@ pub struct Metadata {
     pub(super) action_space: Space,
     #[serde(skip)]
     pub(super) states: [usize; 2],
-    /// Steps per second of simulated time.
-    #[serde(skip)]
-    #[cfg(feature = "lerobot")]
-    pub(super) steps_per_second: f64,
 }
 
 impl Metadata {
@@ -79,8 +75,6 @@ impl Metadata {
             observation_space: env.observation_space().clone(),
             action_space: env.action_space().clone().into(),
             states: [data.qpos().len(), data.qvel().len()],
-            #[cfg(feature = "lerobot")]
-            steps_per_second: 1.0 / fetch_sim::Simulator::control_period(env.inner().simulator()),
         })
     }
 

@@ -1,6 +1,5 @@
-//! Data sets that other projects read: in Minari's format (feature `minari`), OGBench's (feature
-//! `ogbench`) and LeRobot's (feature `lerobot`). `import_minari` reads Minari's into a replay
-//! buffer.
+//! Data sets that other projects read: in Minari's format (feature `minari`) and OGBench's (feature
+//! `ogbench`). `import_minari` reads Minari's into a replay buffer.
 //!
 //! A data set is a function of its settings and its first seed: on the same version of MuJoCo it
 //! has the same bytes on each machine. It is written episode by episode, so memory does not grow
@@ -28,12 +27,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg(any(feature = "lerobot", feature = "minari"))]
-mod columns;
 mod episode;
 mod error;
-#[cfg(feature = "lerobot")]
-mod lerobot;
 mod metadata;
 #[cfg(feature = "minari")]
 mod minari;
@@ -47,8 +42,6 @@ mod writer;
 
 pub use episode::EpisodeRecord;
 pub use error::DatasetError;
-#[cfg(feature = "lerobot")]
-pub use lerobot::writer::LeRobotWriter;
 pub use metadata::Metadata;
 #[cfg(feature = "minari")]
 pub use minari::{error::MinariError, import::import_minari, writer::MinariWriter};

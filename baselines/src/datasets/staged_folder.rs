@@ -63,7 +63,7 @@ impl StagedFolder {
     }
 
     /// Writes a file of JSON in the folder.
-    #[cfg(any(feature = "lerobot", feature = "ogbench"))]
+    #[cfg(feature = "ogbench")]
     pub(super) fn write_json(
         &self,
         name: &str,

@@ -2,7 +2,6 @@
 
 mod import;
 mod laws;
-mod lerobot;
 mod minari;
 mod ogbench;
 #[cfg(feature = "learn")]
@@ -12,8 +11,7 @@ mod whole;
 use std::path::Path;
 
 use baselines::datasets::{
-    DatasetWriter, EpisodeRecord, LeRobotWriter, Metadata, MinariWriter, OgBenchWriter, SetKind,
-    SetPolicy,
+    DatasetWriter, EpisodeRecord, Metadata, MinariWriter, OgBenchWriter, SetKind, SetPolicy,
 };
 use baselines::{buffer_config, collect};
 use fetch_env::{FetchObservation, make};
@@ -42,11 +40,10 @@ fn metadata() -> Result<Metadata> {
 }
 
 /// Begins a data set in each format.
-fn writers(folder: &Path) -> Result<[Box<dyn DatasetWriter>; 3]> {
+fn writers(folder: &Path) -> Result<[Box<dyn DatasetWriter>; 2]> {
     let minari = MinariWriter::create(folder.join("minari"), metadata()?)?;
     let ogbench = OgBenchWriter::create(folder.join("ogbench"), metadata()?)?;
-    let lerobot = LeRobotWriter::create(folder.join("lerobot"), metadata()?)?;
-    Ok([Box::new(minari), Box::new(ogbench), Box::new(lerobot)])
+    Ok([Box::new(minari), Box::new(ogbench)])
 }
 
 /// Writes episodes in each format.

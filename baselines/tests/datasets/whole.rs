@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use baselines::datasets::{DatasetError, LeRobotWriter, Metadata, MinariWriter, OgBenchWriter};
+use baselines::datasets::{DatasetError, Metadata, MinariWriter, OgBenchWriter};
 use fetch_env::make;
 use serde_json::Value;
 
@@ -61,13 +61,11 @@ fn a_writer_that_does_not_finish_leaves_nothing() -> Result {
     assert_eq!(fs::read_dir(folder.path())?.count(), 0);
     // Folders that were there stay, and the new ones with something of the user.
     fs::create_dir_all(folder.path().join("minari/fetch"))?;
-    let [minari, ogbench, lerobot] = writers(folder.path())?;
+    let [minari, ogbench] = writers(folder.path())?;
     fs::write(folder.path().join("ogbench/notes.txt"), "a thesis")?;
-    for (writer, least) in [(ogbench, 2), (lerobot, 1)] {
-        match writer.finish() {
-            Err(DatasetError::TooFew { episodes: 0, least: found }) => assert_eq!(found, least),
-            other => return Err(format!("{other:?}").into()),
-        }
+    match ogbench.finish() {
+        Err(DatasetError::TooFew { episodes: 0, least }) => assert_eq!(least, 2),
+        other => return Err(format!("{other:?}").into()),
     }
     drop(minari);
     let mut left = names(folder.path())?;
@@ -118,8 +116,7 @@ fn the_next_writer_removes_what_a_killed_process_left_and_nothing_else() -> Resu
     for set in &sets {
         let metadata = Metadata::new("fetch/push/other-v0", &make("FetchPush-v4")?, "", "")?;
         drop(MinariWriter::create(out.join(set).join("minari"), metadata.clone())?);
-        drop(OgBenchWriter::create(out.join(set).join("ogbench"), metadata.clone())?);
-        drop(LeRobotWriter::create(out.join(set).join("lerobot"), metadata)?);
+        drop(OgBenchWriter::create(out.join(set).join("ogbench"), metadata)?);
     }
     let mut kept = hidden(&out)?;
     kept.sort();
@@ -227,14 +224,6 @@ fn a_crash_while_writing_leaves_whole_sets() -> Result {
                     let archive = fs::File::open(ogbench.join(file))?;
                     assert_eq!(zip::ZipArchive::new(archive)?.len(), 13);
                 }
-            }
-            let lerobot = folder.path().join(&set).join("lerobot/fetch/push-mixed-v0");
-            if lerobot.exists() {
-                assert_eq!(names(&lerobot)?.len(), 3);
-                assert_eq!(names(&lerobot.join("meta"))?.len(), 4);
-                let info: Value =
-                    serde_json::from_slice(&fs::read(lerobot.join("meta/info.json"))?)?;
-                assert_eq!(info["total_episodes"], EPISODES);
             }
         }
     }

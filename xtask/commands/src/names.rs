@@ -52,7 +52,7 @@ commands! {
         "play": "Write a page that plays one episode back",
         "plan": "Plan episodes on exact snapshots: how much of a task can be solved at all",
         "collect": "Run a policy, and save its episodes",
-        "datasets": "Write data sets of all environments, for Minari, OGBench and LeRobot",
+        "datasets": "Write data sets of all environments, for Minari and OGBench",
         "train": "Train a policy, with its learning curve and a page",
         "learning-curves": "Report when runs reached their targets, and plot their curves",
         "soak": "Step, save and render environments for a long time, and look for leaks",

@@ -173,7 +173,7 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "soak --steps 0",
         "plan --starts 0",
         "play --policy nothing",
-        "collect --format lerobot --out nothing --snapshots",
+        "collect --format ogbench --out nothing --snapshots",
         "datasets --out nothing --only nothing",
         "datasets --out nothing --only FetchReach-v4/random --steps 50",
     ] {
@@ -249,7 +249,6 @@ fn a_file_that_cannot_be_written_is_named_and_leaves_nothing() -> Result {
         ("episodes.buffer", None),
         ("data", Some("minari")),
         ("data", Some("ogbench")),
-        ("data", Some("lerobot")),
     ] {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join(name);

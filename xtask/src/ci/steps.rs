@@ -86,12 +86,6 @@ const ON_SYSTEM: Stage = Stage {
             &[Clippy],
         ),
         step(
-            "lints with LeRobot's data sets alone",
-            "clippy -p fetch-baselines --no-default-features --features lerobot --all-targets \
-             -- -D warnings",
-            &[Clippy],
-        ),
-        step(
             "lints with OGBench's data sets alone",
             "clippy -p fetch-baselines --no-default-features --features ogbench --all-targets \
              -- -D warnings",

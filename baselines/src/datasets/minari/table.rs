@@ -3,7 +3,7 @@
 use arrow_array::{BooleanArray, Float32Array, Float64Array, RecordBatch, UInt8Array};
 use arrow_schema::ArrowError;
 
-use crate::datasets::columns::Columns;
+use super::columns::Columns;
 use crate::datasets::episode::EpisodeRecord;
 
 /// Returns the table of an episode. Its last row has the last state, and no step.

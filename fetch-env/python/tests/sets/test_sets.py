@@ -19,9 +19,8 @@ if "FETCH_ENV_SETS" not in os.environ:
     pytest.skip("FETCH_ENV_SETS names no folder with sets", allow_module_level=True)
 FOLDER = Path(os.environ["FETCH_ENV_SETS"])
 SETS = sorted(path.relative_to(FOLDER / "minari") for path in FOLDER.glob("minari/fetch/*/*-v0"))
-# The most episodes of a set that are simulated again, and frames that are read one by one.
+# The most episodes of a set that are simulated again.
 SIMULATED = 40
-FRAMES = 500
 
 
 @pytest.fixture(params=[str(path) for path in SETS])
@@ -73,34 +72,3 @@ def test_minari_combines_sets(tmp_path, monkeypatch):
 
 def test_ogbench_reads_the_same(dataset):
     assert_ogbench_has(dataset, FOLDER / "ogbench" / dataset.id.replace("/", "-"))
-
-
-def test_lerobot_reads_the_same(dataset):
-    lerobot = pytest.importorskip("lerobot.datasets.lerobot_dataset")
-    _, task, kind = dataset.id.split("/")
-    name = f"fetch/{task}-{kind}"
-    loaded = lerobot.LeRobotDataset(name, root=FOLDER / "lerobot" / name)
-    assert (loaded.num_episodes, loaded.num_frames) == (dataset.total_episodes, dataset.total_steps)
-    columns = {
-        "observation.state": lambda episode: episode.observations["observation"][:-1],
-        "observation.environment_state": lambda episode: episode.observations["desired_goal"][:-1],
-        "observation.achieved_goal": lambda episode: episode.observations["achieved_goal"][:-1],
-        "action": lambda episode: episode.actions,
-        "next.reward": lambda episode: episode.rewards,
-    }
-    episodes = list(dataset)
-    expected = {
-        name: np.concatenate([column(episode) for episode in episodes])
-        for name, column in columns.items()
-    }
-    # The loader's own rows have single precision; its table is as the file has it.
-    for column, rows in expected.items():
-        array = loaded.hf_dataset.data.table.column(column).combine_chunks()
-        values = array if rows.ndim == 1 else array.flatten()
-        assert_same(values.to_numpy().reshape(rows.shape), rows)
-    for index in spread(loaded.num_frames, FRAMES):
-        frame = loaded[int(index)]
-        for column, rows in expected.items():
-            found = frame[column].numpy().reshape(rows[index].shape)
-            assert_same(found, rows[index].astype(np.float32))
-        assert int(frame["episode_index"]) == index // 50

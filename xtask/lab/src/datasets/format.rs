@@ -7,9 +7,7 @@ use std::{
 };
 
 use anyhow::Context;
-use baselines::datasets::{
-    DatasetError, DatasetWriter, LeRobotWriter, Metadata, MinariWriter, OgBenchWriter,
-};
+use baselines::datasets::{DatasetError, DatasetWriter, Metadata, MinariWriter, OgBenchWriter};
 use hmac_sha256::Hash;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -18,12 +16,10 @@ pub enum Format {
     Minari,
     /// OGBench's
     Ogbench,
-    /// LeRobot's, without video
-    Lerobot,
 }
 
 impl Format {
-    pub const ALL: [Self; 3] = [Self::Minari, Self::Ogbench, Self::Lerobot];
+    pub const ALL: [Self; 2] = [Self::Minari, Self::Ogbench];
 
     /// Begins a data set in a folder of data sets.
     pub fn create(
@@ -38,7 +34,6 @@ impl Format {
             }
             Self::Minari => Box::new(MinariWriter::create(root, metadata)?),
             Self::Ogbench => Box::new(OgBenchWriter::create(root, metadata)?),
-            Self::Lerobot => Box::new(LeRobotWriter::create(root, metadata)?),
         })
     }
 
@@ -47,7 +42,6 @@ impl Format {
         out.join(match self {
             Self::Minari => "minari",
             Self::Ogbench => "ogbench",
-            Self::Lerobot => "lerobot",
         })
     }
 
@@ -56,7 +50,6 @@ impl Format {
         match self {
             Self::Minari => root.join(name),
             Self::Ogbench => root.join(name.replace('/', "-")),
-            Self::Lerobot => root.join(name.replace('/', "-").replacen('-', "/", 1)),
         }
     }
 }

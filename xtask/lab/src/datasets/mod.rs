@@ -24,8 +24,7 @@ use crate::shared::{
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Folder for the data sets: those for Minari go to its folder `minari` (set
-    /// MINARI_DATASETS_PATH to it), those for OGBench to `ogbench`, and those for LeRobot to
-    /// `lerobot` (set HF_LEROBOT_HOME to it)
+    /// MINARI_DATASETS_PATH to it), and those for OGBench to `ogbench`
     #[arg(long)]
     out: PathBuf,
     /// Only these, separated by commas: an environment (FetchPush-v4), a set (random, scripted,

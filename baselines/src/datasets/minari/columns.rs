@@ -1,6 +1,5 @@
 //! Columns of an Arrow table.
 
-#[cfg(feature = "minari")]
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -39,7 +38,6 @@ impl Columns {
     }
 
     /// Adds a matrix of infos and, as Minari does, the shape of its rows.
-    #[cfg(feature = "minari")]
     pub(super) fn shaped_rows(
         &mut self,
         name: &str,
@@ -54,7 +52,6 @@ impl Columns {
         Ok(())
     }
 
-    #[cfg(feature = "minari")]
     pub(super) fn into_struct(self) -> Result<arrow_array::StructArray, ArrowError> {
         arrow_array::StructArray::try_new(self.fields.into(), self.arrays, None)
     }
