@@ -19,6 +19,7 @@
 //! | read a Minari data set | `datasets::import_minari` |
 //! | train a policy | `learn::Trainer` |
 //! | train with your own algorithm | `learn::Algorithm` |
+//! | compare two samples | a test of [`statistics`] |
 //! | share a run between processes | [`workers`] |
 //!
 //! # Features
@@ -54,7 +55,7 @@ mod policy;
 #[cfg(feature = "learn")]
 mod reset_seeds;
 mod scripted;
-mod statistics;
+pub mod statistics;
 mod tanh;
 mod trained;
 pub mod workers;

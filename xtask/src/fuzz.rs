@@ -3,7 +3,6 @@
 use std::{num::NonZeroU32, path::Path, process::Command};
 
 use anyhow::Context;
-use lexopt::{Arg::Long, Parser, ValueExt};
 
 use crate::tools::ROOT;
 
@@ -27,28 +26,26 @@ const TARGETS: [Target; 9] = [
     Target { name: "minari", of: "baselines" },
 ];
 
-pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut seconds, mut targets) = (15, TARGETS.to_vec());
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("seconds") => {
-                seconds = arguments.value()?.parse_with(str::parse::<NonZeroU32>)?.get()
-            }
-            Long("target") => {
-                let only = arguments.value()?.parse_with(|name| {
-                    let known = TARGETS.into_iter().find(|target| target.name == name);
-                    known.ok_or_else(|| {
-                        let names = TARGETS.map(|target| target.name);
-                        format!("the targets are {}", names.join(", "))
-                    })
-                })?;
-                targets = vec![only];
-            }
-            other => return Err(other.unexpected().into()),
-        }
-    }
+#[derive(clap::Args)]
+pub struct Args {
+    /// Run each target this long
+    #[arg(long, default_value = "15")]
+    seconds: NonZeroU32,
+    /// Run only this target: load, npz, ogbench or operations of the buffer, values or calls of
+    /// environments, settings, checkpoints or minari of training
+    #[arg(long, value_parser = known_target)]
+    target: Option<Target>,
+}
+
+fn known_target(name: &str) -> Result<Target, String> {
+    let known = TARGETS.into_iter().find(|target| target.name == name);
+    known.ok_or_else(|| format!("the targets are {}", TARGETS.map(|target| target.name).join(", ")))
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let targets = args.target.map_or_else(|| TARGETS.to_vec(), |target| vec![target]);
     for target in targets {
-        if !target.fuzz(seconds)? {
+        if !target.fuzz(args.seconds.get())? {
             return Ok(false);
         }
     }

@@ -9,7 +9,6 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use lexopt::{Arg::Long, Parser, ValueExt};
 
 use crate::tools::{ROOT, tool};
 
@@ -19,14 +18,14 @@ const MUTANTS: (&str, &str) = ("cargo-mutants", "27.1.0");
 const CAUGHT: f64 = 0.97;
 
 /// The crates, and which mutants of them are tested.
-const CRATES: [(&str, &str); 5] = [
+const CRATES: [(&str, &str); 4] = [
     ("goal-reward", "-p goal-reward"),
     // Prefetching changes nothing but the time. `plain::` is built only where there are no huge
     // pages.
     ("her-relabel", "-p her-relabel --features npz --exclude-re prefetch|plain::"),
     (
         "fetch-baselines",
-        "-p fetch-baselines --no-default-features -f baselines/src/statistics.rs \
+        "-p fetch-baselines --no-default-features -f baselines/src/statistics/** \
          -f baselines/src/evaluate.rs",
     ),
     // Without the code that needs MuJoCo or OpenGL.
@@ -36,37 +35,33 @@ const CRATES: [(&str, &str); 5] = [
          -e fetch-env/src/fetch/make.rs \
          --exclude-re MujocoEnv|RenderEnv|wrapper_mut",
     ),
-    ("statistics", "-p statistics"),
 ];
 
 /// The mutants that no test can catch, with the reason why each is equivalent to the code.
 const EQUIVALENT: &str = include_str!("../equivalent_mutants.txt");
 
-/// Which mutants to test.
-#[derive(Default)]
-struct Choice {
+#[derive(clap::Args)]
+pub struct Args {
+    /// Only this crate: goal-reward, her-relabel, fetch-baselines or fetch-env
+    #[arg(long = "crate", value_name = "CRATE", value_parser = known_crate)]
     only: Option<&'static str>,
+    /// Only part K of N, counted from 0
+    #[arg(long, value_name = "K/N", value_parser = checked_shard)]
     shard: Option<String>,
+    /// Only what the last N commits changed
+    #[arg(long, value_name = "N")]
     commits: Option<NonZeroU32>,
+    /// At most N mutants of each crate, spread over the code
+    #[arg(long, value_name = "N")]
     at_most: Option<NonZeroUsize>,
 }
 
-pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let mut choice = Choice::default();
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("crate") => choice.only = Some(arguments.value()?.parse_with(known_crate)?),
-            Long("shard") => choice.shard = Some(arguments.value()?.parse_with(checked_shard)?),
-            Long("commits") => choice.commits = Some(arguments.value()?.parse()?),
-            Long("at-most") => choice.at_most = Some(arguments.value()?.parse()?),
-            other => return Err(other.unexpected().into()),
-        }
-    }
+pub fn run(args: &Args) -> anyhow::Result<bool> {
     let program = tool(MUTANTS)?;
     let mut passed = true;
     for (name, selection) in CRATES {
-        if choice.only.is_none_or(|only| only == name) {
-            passed &= test(&program, name, selection, &choice)?;
+        if args.only.is_none_or(|only| only == name) {
+            passed &= test(&program, name, selection, args)?;
         }
     }
     Ok(passed)
@@ -87,14 +82,14 @@ fn checked_shard(shard: &str) -> Result<String, &'static str> {
 }
 
 /// Tests the chosen mutants of a crate.
-fn test(program: &Path, name: &str, selection: &str, choice: &Choice) -> anyhow::Result<bool> {
+fn test(program: &Path, name: &str, selection: &str, args: &Args) -> anyhow::Result<bool> {
     let folder = Path::new(ROOT).join("target/mutants").join(name);
     if folder.exists() {
         fs::remove_dir_all(&folder)?; // the tool writes nothing if there is no mutant
     }
     fs::create_dir_all(&folder)?;
     let mut chosen: Vec<_> = selection.split_whitespace().map(str::to_owned).collect();
-    if let Some(commits) = choice.commits {
+    if let Some(commits) = args.commits {
         let path = folder.join("diff");
         fs::write(&path, diff_of(commits)?)?;
         chosen.push(format!("--in-diff={}", path.display()));
@@ -104,8 +99,8 @@ fn test(program: &Path, name: &str, selection: &str, choice: &Choice) -> anyhow:
         mutants.args(["mutants", "--colors=never"]).args(chosen).current_dir(ROOT);
         mutants
     };
-    let mut shard = choice.shard.clone();
-    if let Some(most) = choice.at_most {
+    let mut shard = args.shard.clone();
+    if let Some(most) = args.at_most {
         let list = mutants(&chosen).arg("--list").output()?;
         let count = String::from_utf8_lossy(&list.stdout).lines().count();
         shard = Some(format!("0/{}", count.div_ceil(most.get()).max(1)));

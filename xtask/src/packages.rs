@@ -3,7 +3,6 @@
 use std::{fs, path::Path, process::Command};
 
 use anyhow::{Context, ensure};
-use lexopt::{Arg::Long, Parser};
 
 use crate::tools::{NIGHTLY, ROOT, cargo, install_toolchain, on_toolchain, succeeds, tool};
 
@@ -21,19 +20,21 @@ const CRATES: [(&str, &str); 6] = [
 const MACHETE: (&str, &str) = ("cargo-machete", "0.9.2");
 const PUBLIC_API: (&str, &str) = ("cargo-public-api", "0.52.0");
 
-pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut bless, mut build) = (false, false);
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("bless") => bless = true,
-            Long("build") => build = true,
-            other => return Err(other.unexpected().into()),
-        }
-    }
+#[derive(clap::Args)]
+pub struct Args {
+    /// Write the public interface to each crate's public-api.txt instead of comparing it
+    #[arg(long)]
+    bless: bool,
+    /// Also build the crates from their packages
+    #[arg(long)]
+    build: bool,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
     Ok(has_no_unused_dependency()?
         && builds_with_the_oldest_rust()?
-        && has_the_known_interface(bless)?
-        && can_be_published(build)?)
+        && has_the_known_interface(args.bless)?
+        && can_be_published(args.build)?)
 }
 
 fn has_no_unused_dependency() -> anyhow::Result<bool> {

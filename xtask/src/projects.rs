@@ -8,7 +8,8 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use lexopt::{Arg::Long, Parser, ValueExt};
+
+use crate::output::usage;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const FOLDER: &str = "fetch-env/projects";
@@ -17,30 +18,30 @@ const FIRST_PROGRAM: &str = "quickstart";
 const SECTION: &str = "## Use it from your project\n";
 const CRATES: &str = "../fetch/";
 
-pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
+#[derive(clap::Args)]
+pub struct Args {
+    /// Test only this folder of fetch-env/projects, or only quickstart
+    #[arg(long, value_name = "PROJECT")]
+    only: Option<String>,
+    /// Do not test this project
+    #[arg(long, value_name = "PROJECT")]
+    exclude: Vec<String>,
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
     let root = fs::canonicalize(ROOT)?;
     let mut names = names(&root.join(FOLDER))?;
     names.push(FIRST_PROGRAM.into());
-    let all = names.clone();
-    let known = |name: String| {
-        let is_known = all.contains(&name);
-        is_known.then_some(name).ok_or_else(|| format!("the projects are {}", all.join(", ")))
-    };
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("only") => {
-                let only = arguments.value()?.parse_with(|name| known(name.into()))?;
-                names.retain(|name| *name == only);
-            }
-            Long("exclude") => {
-                let excluded = arguments.value()?.parse_with(|name| known(name.into()))?;
-                names.retain(|name| *name != excluded);
-            }
-            other => return Err(other.unexpected().into()),
+    for name in args.only.iter().chain(&args.exclude) {
+        if !names.contains(name) {
+            let all = names.join(", ");
+            return Err(usage(format_args!("there is no {name}: the projects are {all}")));
         }
     }
+    names.retain(|name| args.only.as_ref().is_none_or(|only| only == name));
+    names.retain(|name| !args.exclude.contains(name));
     if names.is_empty() {
-        return Err(lexopt::Error::from("no project is left to test").into());
+        return Err(usage("no project is left to test"));
     }
     for name in names {
         say!("projects: {name}")?;

@@ -8,7 +8,6 @@ use std::{
 
 use anyhow::{Context, ensure};
 use fetch_install::download;
-use lexopt::{Arg::Long, Parser, ValueExt};
 
 use crate::tools::{ROOT, cargo, succeeds};
 
@@ -36,30 +35,41 @@ const OGBENCH: &str = "ogbench==1.2.2";
 /// The package that the tests of Stable-Baselines3 need; it installs torch.
 const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
 
+#[derive(clap::Args)]
+pub struct Args {
+    /// Test the parts for Stable-Baselines3 instead, which installs torch
+    #[arg(long, conflicts_with_all = ["sets", "their_tests"])]
+    sb3: bool,
+    /// Instead, write all data sets with this many steps each, and read them with the loaders of
+    /// Minari and OGBench
+    #[arg(long, value_name = "STEPS", conflicts_with = "their_tests")]
+    sets: Option<String>,
+    /// Run the tests of this checkout of Gymnasium 1.4.0 or gymnasium-robotics 1.4.2 on these
+    /// environments instead
+    #[arg(long, value_name = "FOLDER")]
+    their_tests: Option<PathBuf>,
+}
+
 /// The tests to run on the package.
-enum Tests {
+enum Tests<'a> {
     /// Its own tests, Ruff and mypy.
     Own,
     /// The tests of its parts for Stable-Baselines3.
     StableBaselines3,
     /// The tests of a checkout.
-    Theirs(PathBuf),
+    Theirs(&'a Path),
     /// The tests of the data sets that `datasets` writes, with this many steps each.
-    Sets(String),
+    Sets(&'a str),
 }
 
-impl Tests {
-    fn new(mut arguments: Parser) -> anyhow::Result<Self> {
-        let mut tests = Self::Own;
-        while let Some(argument) = arguments.next()? {
-            tests = match (argument, tests) {
-                (Long("sb3"), Self::Own) => Self::StableBaselines3,
-                (Long("their-tests"), Self::Own) => Self::Theirs(arguments.value()?.into()),
-                (Long("sets"), Self::Own) => Self::Sets(arguments.value()?.string()?),
-                (other, _) => return Err(other.unexpected().into()),
-            };
+impl<'a> Tests<'a> {
+    fn new(args: &'a Args) -> Self {
+        match (args.sb3, &args.sets, &args.their_tests) {
+            (true, ..) => Self::StableBaselines3,
+            (_, Some(steps), _) => Self::Sets(steps),
+            (.., Some(checkout)) => Self::Theirs(checkout),
+            _ => Self::Own,
         }
-        Ok(tests)
     }
 
     /// Returns the package that they need and that installs torch.
@@ -71,8 +81,8 @@ impl Tests {
     }
 }
 
-pub fn run(arguments: Parser) -> anyhow::Result<bool> {
-    let tests = Tests::new(arguments)?;
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let tests = Tests::new(args);
     let root = fs::canonicalize(ROOT)?;
     let folder = root.join(FOLDER);
     let mut packages = [&BUILDERS[..], &TESTERS].concat();
@@ -99,7 +109,7 @@ pub fn run(arguments: Parser) -> anyhow::Result<bool> {
         }
         Tests::Sets(steps) => {
             let sets = tempfile::tempdir()?;
-            write_sets(&steps, sets.path())?;
+            write_sets(steps, sets.path())?;
             let mut command = check(&["pytest", "--quiet", "-rs", "tests/sets"])?;
             succeeds(command.env("FETCH_ENV_SETS", sets.path()))
         }
@@ -128,7 +138,7 @@ pub fn run(arguments: Parser) -> anyhow::Result<bool> {
 fn write_sets(steps: &str, folder: &Path) -> anyhow::Result<()> {
     say!("python: writing data sets")?;
     let mut write = cargo();
-    write.args(["run", "--quiet", "--release", "--package", "lab", "--", "datasets"]);
+    write.args(["run", "--quiet", "--release", "--package", "fetch-cli", "--", "datasets"]);
     write.args(["--steps", steps, "--out"]).arg(folder);
     write.env("MUJOCO_DIR", download::mujoco(MUJOCO)?);
     ensure!(succeeds(&mut write)?, "the data sets cannot be written");

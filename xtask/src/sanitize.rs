@@ -4,7 +4,6 @@
 use std::{num::NonZeroU32, process::Command};
 
 use anyhow::ensure;
-use lexopt::{Arg::Long, Parser, ValueExt};
 
 use crate::tools::{NIGHTLY, cargo, install_toolchain, on_toolchain, succeeds};
 
@@ -20,24 +19,25 @@ type Check = fn(cases: u32) -> anyhow::Result<bool>;
 const CHECKS: [(&str, Check); 4] =
     [("shim", shim), ("memory", memory), ("threads", threads), ("miri", miri)];
 
-pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut cases, mut only) = (256, None);
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("cases") => {
-                cases = arguments.value()?.parse_with(str::parse::<NonZeroU32>)?.get();
-            }
-            Long("only") => {
-                only = Some(arguments.value()?.parse_with(|name| {
-                    let known = CHECKS.into_iter().find(|(known, _)| *known == name);
-                    known.ok_or("the checks are shim, memory, threads and miri")
-                })?);
-            }
-            other => return Err(other.unexpected().into()),
-        }
-    }
-    for (name, check) in only.map_or_else(|| CHECKS.to_vec(), |only| vec![only]) {
-        if !check(cases)? {
+#[derive(clap::Args)]
+pub struct Args {
+    /// Run only this check: shim (AddressSanitizer and UndefinedBehaviorSanitizer on the C code),
+    /// memory (Valgrind), threads (ThreadSanitizer) or miri
+    #[arg(long, value_name = "CHECK", value_parser = known_check)]
+    only: Option<(&'static str, Check)>,
+    /// Number of random models in the check shim; memory uses a tenth
+    #[arg(long, default_value = "256")]
+    cases: NonZeroU32,
+}
+
+fn known_check(name: &str) -> Result<(&'static str, Check), &'static str> {
+    let known = CHECKS.into_iter().find(|(known, _)| *known == name);
+    known.ok_or("the checks are shim, memory, threads and miri")
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    for (name, check) in args.only.map_or_else(|| CHECKS.to_vec(), |only| vec![only]) {
+        if !check(args.cases.get())? {
             say!("sanitize {name}: failed")?;
             return Ok(false);
         }

@@ -19,10 +19,10 @@ use goal_reward::RewardKind;
 use her_relabel::HerBuffer;
 use serde::Serialize;
 
-use crate::shared::{
+use crate::shared::process::Held;
+use fetch_cli::shared::{
     check::mark,
     json::{Metric, write_results},
-    process::Held,
     progress,
 };
 

@@ -13,39 +13,38 @@ use std::{
     time::Instant,
 };
 
-use anyhow::ensure;
+use anyhow::{Error, ensure};
 use fetch_install::{Origin, Places, download};
-use lexopt::{Arg::Long, Parser};
 
 use self::{
     needs::{Need, commands_for},
     steps::{BESIDE, FIRST, LONGEST, OTHER_VERSIONS, Stage, Step, TESTS},
 };
-use crate::{c_compiler, tools::succeeds};
+use crate::{c_compiler, output::usage, tools::succeeds};
 
-pub const TEST: commands::Command = commands::Command { name: "test", usage: "", run: test };
+#[derive(clap::Args)]
+pub struct Args {
+    /// Also run what takes longest, as before a release: fuzzing, ThreadSanitizer, Miri, mutants of
+    /// the last commits, many steps, packages, the projects with burn and candle, and more tests on
+    /// other versions of MuJoCo
+    #[arg(long)]
+    all: bool,
+    /// Skip the steps that need something missing, and list them
+    #[arg(long)]
+    available: bool,
+    /// Install what is missing, with apt-get and rustup
+    #[arg(long, conflicts_with = "available")]
+    install: bool,
+}
 
-pub const CI: commands::Command = commands::Command {
-    name: "ci",
-    usage: "[--all] [--available | --install]
-
-  --all        Also run what takes longest, as before a release: fuzzing, ThreadSanitizer, Miri,
-               mutants of the last commits, many steps, packages, the projects with burn and candle,
-               and more tests on other versions of MuJoCo
-  --available  Skip the steps that need something missing, and list them
-  --install    Install what is missing, with apt-get and rustup",
-    run: ci,
-};
-
-fn test(mut arguments: Parser) -> anyhow::Result<bool> {
-    if let Some(argument) = arguments.next()? {
-        return Err(argument.unexpected().into());
-    }
+pub fn test() -> anyhow::Result<bool> {
     let stages = [&[BESIDE][..], &FIRST, &OTHER_VERSIONS].concat();
     let missing = find_missing(&stages)?;
     let (needed, others): (Vec<_>, Vec<_>) =
         missing.into_iter().partition(|need| TESTS.needs.contains(need));
-    ensure!(needed.is_empty(), refusal("test", &needed));
+    if !needed.is_empty() {
+        return Err(refusal("test", &needed));
+    }
     say_mujoco()?;
     if !run_stages(&[TESTS], &[], Printed::AsItComes, &AtomicBool::new(false))? {
         return Ok(false);
@@ -55,16 +54,8 @@ fn test(mut arguments: Parser) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
-    let (mut all, mut available, mut install) = (false, false, false);
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("all") => all = true,
-            Long("available") if !install => available = true,
-            Long("install") if !available => install = true,
-            other => return Err(other.unexpected().into()),
-        }
-    }
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    let &Args { all, available, install } = args;
     let first = [&[TESTS][..], &FIRST].concat();
     let mut then = OTHER_VERSIONS.to_vec();
     if all {
@@ -80,7 +71,9 @@ fn ci(mut arguments: Parser) -> anyhow::Result<bool> {
         }
         missing = find_missing(&stages)?;
     }
-    ensure!(available || missing.is_empty(), refusal("ci", &missing));
+    if !available && !missing.is_empty() {
+        return Err(refusal("ci", &missing));
+    }
     say_mujoco()?;
     let passed = run_beside(&first, &[BESIDE], &missing)?
         && run_stages(&then, &missing, Printed::AsItComes, &AtomicBool::new(false))?;
@@ -117,7 +110,7 @@ fn say_mujoco() -> anyhow::Result<()> {
 
 /// Returns the error of a command that needs something missing: the machine is not ready for it, so
 /// it ends as it does for wrong usage.
-fn refusal(command: &str, missing: &[Need]) -> lexopt::Error {
+fn refusal(command: &str, missing: &[Need]) -> Error {
     let mut lines = vec![format!("`{command}` needs these, which are missing:")];
     lines.extend(missing.iter().map(|need| format!("  {}", need.name())));
     lines.push("To install it:".into());
@@ -125,7 +118,7 @@ fn refusal(command: &str, missing: &[Need]) -> lexopt::Error {
     if command == "ci" {
         lines.push("`cargo xtask ci --available` runs the steps that need none of them.".into());
     }
-    lines.join("\n").into()
+    usage(lines.join("\n"))
 }
 
 /// A step of a stage.

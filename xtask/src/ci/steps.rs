@@ -53,7 +53,7 @@ const ON_SYSTEM: Stage = Stage {
         step(
             "lints",
             "clippy --workspace --features \
-             fetch-sim/download,her-relabel/npz,lab/mpi,lab/product --all-targets -- -D warnings",
+             fetch-sim/download,her-relabel/npz,fetch-cli/mpi,lab/product --all-targets -- -D warnings",
             &[Clippy, Mpi],
         ),
         step(
@@ -98,7 +98,7 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "documentation",
-            "doc --workspace --no-deps --features her-relabel/npz,lab/mpi",
+            "doc --workspace --no-deps --features her-relabel/npz,fetch-cli/mpi",
             &[Mpi],
         ),
         step(
@@ -115,7 +115,7 @@ const ON_SYSTEM: Stage = Stage {
         ),
         step(
             "ranks that share a run, and their faults",
-            "test --workspace --features lab/mpi --test mpi -- --test-threads 1",
+            "test --workspace --features fetch-cli/mpi --test mpi -- --test-threads 1",
             &[Mpi, Hosts],
         ),
         step("sanitizers on the C code", "xtask sanitize --only shim --cases 64", &[]),
@@ -259,7 +259,7 @@ mod tests {
         let of_words = [
             ("fmt", Rustfmt),
             ("clippy", Clippy),
-            ("lab/mpi", Mpi),
+            ("fetch-cli/mpi", Mpi),
             ("learn,mpi", Mpi),
             ("render", OpenGl),
             ("figures", OpenGl),

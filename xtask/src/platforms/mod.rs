@@ -6,8 +6,6 @@ mod x86_64_windows;
 
 use std::path::Path;
 
-use lexopt::{Arg::Long, Parser, ValueExt};
-
 use crate::tools::{ROOT, cargo, install_target, succeeds};
 
 /// A platform, under the name that `cargo xtask mujoco --for` also takes.
@@ -25,23 +23,24 @@ const PLATFORMS: [Platform; 3] =
 /// The version of MuJoCo whose wheels are used.
 const MUJOCO: &str = "3.6.0";
 
-pub fn run(mut arguments: Parser) -> anyhow::Result<bool> {
-    let mut only = None;
-    while let Some(argument) = arguments.next()? {
-        match argument {
-            Long("only") => {
-                only = Some(arguments.value()?.parse_with(|name| {
-                    let known = PLATFORMS.into_iter().find(|platform| platform.name == name);
-                    known.ok_or_else(|| {
-                        let names = PLATFORMS.map(|platform| platform.name);
-                        format!("the platforms are {}", names.join(", "))
-                    })
-                })?);
-            }
-            other => return Err(other.unexpected().into()),
-        }
-    }
-    for Platform { name, target, check } in only.map_or(PLATFORMS.to_vec(), |only| vec![only]) {
+#[derive(clap::Args)]
+pub struct Args {
+    /// Only this platform: aarch64-linux (tests in QEMU), aarch64-macos (compiles and links) or
+    /// x86_64-windows (tests in Wine)
+    #[arg(long, value_parser = known_platform)]
+    only: Option<Platform>,
+}
+
+fn known_platform(name: &str) -> Result<Platform, String> {
+    let known = PLATFORMS.into_iter().find(|platform| platform.name == name);
+    known.ok_or_else(|| {
+        format!("the platforms are {}", PLATFORMS.map(|platform| platform.name).join(", "))
+    })
+}
+
+pub fn run(args: &Args) -> anyhow::Result<bool> {
+    for Platform { name, target, check } in args.only.map_or(PLATFORMS.to_vec(), |only| vec![only])
+    {
         if !install_target(target) {
             say!("platforms: {name}: skipped, because rustup cannot install {target}")?;
         } else if !check()? {

@@ -17,7 +17,7 @@ use super::{
     interleaved::Contender,
     report,
 };
-use crate::shared::{choice::flag_name, json::Metric};
+use fetch_cli::shared::{choice::flag_name, json::Metric};
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {

@@ -7,7 +7,7 @@ use std::{
 
 use rustix::time::{ClockId, clock_gettime};
 
-use crate::shared::json::Metric;
+use fetch_cli::shared::json::Metric;
 
 /// A contender: something whose speed is measured.
 pub trait Contender {

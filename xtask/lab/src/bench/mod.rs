@@ -18,7 +18,7 @@ use fetch_env::{FetchConfig, Task};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
-use crate::shared::{
+use fetch_cli::shared::{
     choice::{ModelChoice, flag_name, task_name},
     json::{Metric, write_results},
 };

@@ -9,10 +9,10 @@ use std::{
 use baselines::workers::{Workers, sum};
 use serde::Serialize;
 
-use crate::shared::{
+use fetch_cli::output::usage;
+use fetch_cli::shared::{
     json::{Metric, write_results},
     ranks::{RankArgs, share_run},
-    usage::usage,
 };
 
 #[derive(clap::Args)]

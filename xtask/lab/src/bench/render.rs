@@ -15,7 +15,8 @@ use super::{
     interleaved::{Clock::Wall, Contender, Entry, Timed, interleave, time},
     peer::{Orders, Peer, note_other_mujoco},
 };
-use crate::shared::{json::Metric, python};
+use crate::shared::python;
+use fetch_cli::shared::json::Metric;
 
 /// The format of the reference's pictures.
 const LARGE: Format = Format { side: 480, samples: 4 };

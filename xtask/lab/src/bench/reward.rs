@@ -11,7 +11,7 @@ use super::{
     interleaved::{Clock, Entry, interleave},
     report,
 };
-use crate::shared::json::Metric;
+use fetch_cli::shared::json::Metric;
 
 const PAIRS: usize = 1_000_000;
 const DIM: usize = 3;

@@ -7,16 +7,16 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
+use baselines::statistics::{fisher_exact, kolmogorov_smirnov, wilcoxon};
 use baselines::{ScriptedPolicy, evaluate};
 use fetch_env::{Env, EnvId, FetchEnv, GoalObservation, NpRandom};
 use fetch_sim::{FetchModel, MujocoSimulator, MujocoVersion, Simulator, Task};
 use goal_reward::RewardKind;
 use indicatif::ProgressBar;
 use serde::Serialize;
-use statistics::{fisher_exact, kolmogorov_smirnov, wilcoxon};
 
 use super::{Found, Models, counting::counting, npz::Npz};
-use crate::shared::{
+use fetch_cli::shared::{
     check::{self, Check},
     choice::{ModelChoice, task_name},
     json::Metric,

@@ -6,7 +6,7 @@ use super::{
     recording::Recording,
     replay::{Deviation, EpisodeParity, replay},
 };
-use crate::shared::json::Metric;
+use fetch_cli::shared::json::Metric;
 
 pub struct FileParity {
     pub name: String,

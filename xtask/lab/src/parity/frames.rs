@@ -9,11 +9,11 @@ use goal_reward::RewardKind;
 use serde::Serialize;
 
 use super::{Found, Models, npz::Npz, tell_workaround};
-use crate::shared::{
+use crate::shared::python;
+use fetch_cli::shared::{
     check::{self, Check},
     choice::task_name,
     json::Metric,
-    python,
 };
 
 const SCRIPT: &str = include_str!("../../scripts/frames.py");

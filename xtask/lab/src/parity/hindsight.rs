@@ -4,19 +4,17 @@
 use std::{collections::HashMap, path::Path, process::Command};
 
 use anyhow::ensure;
+use baselines::statistics::chi_square;
 use fetch_env::NpRandom;
 use goal_reward::{DistanceReward, GoalReward};
 use her_relabel::{
     Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, Sampler, UnitInterval,
 };
 use serde::Serialize;
-use statistics::chi_square;
 
 use super::{Found, npz::Npz};
-use crate::shared::{
-    check::{self, Check},
-    python,
-};
+use crate::shared::python;
+use fetch_cli::shared::check::{self, Check};
 
 const EPISODES: usize = 200;
 const LONGEST: usize = 50;

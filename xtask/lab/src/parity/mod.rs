@@ -18,7 +18,7 @@ use anyhow::Context;
 use fetch_sim::{FetchModel, ModelSource, SimConfig, Task};
 use serde::Serialize;
 
-use crate::shared::{
+use fetch_cli::shared::{
     check::Check,
     json::{Metric, write_results},
 };

@@ -12,11 +12,11 @@ use fetch_sim::ModelSource;
 use serde::Serialize;
 
 use super::{Found, npz::Npz};
-use crate::shared::{
+use crate::shared::python;
+use fetch_cli::shared::{
     check::{self, Check},
     choice::task_name,
     json::Metric,
-    python,
 };
 
 const SCRIPT: &str = include_str!("../../scripts/policies.py");

@@ -12,7 +12,8 @@ use super::{
     recording::{Meta, Recording},
     tell_workaround,
 };
-use crate::shared::{choice::ModelChoice, progress, python};
+use crate::shared::python;
+use fetch_cli::shared::{choice::ModelChoice, progress};
 
 const SCRIPT: &str = include_str!("../../scripts/record.py");
 

@@ -30,10 +30,10 @@ use super::{
     report,
 };
 use crate::shared::{
-    json::Metric,
     process::Held,
     python::{self, Peers},
 };
+use fetch_cli::shared::json::Metric;
 
 #[derive(Debug, clap::Args, Serialize)]
 pub struct Args {

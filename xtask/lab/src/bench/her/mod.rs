@@ -23,7 +23,8 @@ use super::{
     peer::{Orders, Peer},
     report,
 };
-use crate::shared::{choice::flag_name, json::Metric, process::Held, python};
+use crate::shared::{process::Held, python};
+use fetch_cli::shared::{choice::flag_name, json::Metric};
 
 const SIZES: [usize; 3] = [256, 1024, 4096];
 /// Size of the batches whose forms are compared.

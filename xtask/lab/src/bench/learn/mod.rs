@@ -26,7 +26,8 @@ use super::{
     peer::{Orders, Peer},
     report,
 };
-use crate::shared::{json::Metric, python};
+use crate::shared::python;
+use fetch_cli::shared::json::Metric;
 
 /// The script of the peers.
 const LEARNERS: (&str, &str) = ("learners.py", include_str!("../../../scripts/learners.py"));

@@ -5,13 +5,11 @@ use std::ops::ControlFlow;
 
 use anyhow::ensure;
 use baselines::learn::{Target, TrainSettings, Trainer};
+use fetch_cli::shared::json::Metric;
 use fetch_env::{Task, make};
 
 use super::{LEARNERS, Orders, Peer};
-use crate::{
-    bench::interleaved::Contender,
-    shared::{json::Metric, python},
-};
+use crate::{bench::interleaved::Contender, shared::python};
 
 const SEED: u64 = 0;
 const THREADS: usize = 2;

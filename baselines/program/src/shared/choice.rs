@@ -1,0 +1,95 @@
+//! The flags `--model` and `--policy`.
+
+use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy};
+use clap::ValueEnum;
+use fetch_env::{Env, MujocoEnv};
+use fetch_sim::{ModelSource, Task};
+use serde::{Deserialize, Serialize};
+
+use crate::output::usage;
+
+/// Returns the name of a task in the names of files and arrays, which is the name of its scene.
+pub fn task_name(task: Task) -> &'static str {
+    task.spec().scene_file.trim_end_matches(".xml")
+}
+
+/// Returns the value of a flag as the user writes it.
+pub fn flag_name(value: impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// The flag `--model`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ModelChoice {
+    /// The project's own, built in
+    Builtin,
+    /// The reference's own, which `fetch-env assets` fetches
+    Reference,
+}
+
+impl ModelChoice {
+    /// Returns the source of the model.
+    pub fn source(self) -> ModelSource {
+        match self {
+            Self::Builtin => ModelSource::Builtin,
+            Self::Reference => ModelSource::Reference,
+        }
+    }
+}
+
+/// The flag `--policy`: a policy that needs no file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum PolicyChoice {
+    /// Uniformly random actions
+    Random,
+    /// A few rules for each task
+    Scripted,
+    /// Learned by `fetch-env train`, for each task
+    Trained,
+    /// No action at all
+    Zero,
+}
+
+impl PolicyChoice {
+    /// Returns the policy for an environment; only the random one needs the seed.
+    ///
+    /// # Errors
+    /// The trained policy of the task cannot be read.
+    pub fn policy(self, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
+        let task = env.inner().config().task();
+        Ok(match self {
+            Self::Random => Box::new(RandomPolicy::new(env.action_space(), seed)),
+            Self::Scripted => Box::new(ScriptedPolicy::new(task)),
+            Self::Trained => Box::new(TrainedPolicy::shipped(task)?),
+            Self::Zero => Box::new(ZeroPolicy),
+        })
+    }
+}
+
+/// Returns the policy that a name or a file stands for.
+///
+/// # Errors
+/// There is no policy of this name, or the file is not one.
+pub fn policy_of(text: &str, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
+    if let Ok(choice) = PolicyChoice::from_str(text, false) {
+        return choice.policy(env, seed);
+    }
+    if !text.contains(['.', '/']) {
+        return Err(usage(format_args!(
+            "there is no policy {text}: choose random, scripted, trained, zero or the file of a \
+             trained one"
+        )));
+    }
+    Ok(Box::new(TrainedPolicy::load(text)?))
+}
+
+/// Returns the policy of an episode: if it is the random one, one that the episode's seed alone
+/// decides, so that episodes can be shared out.
+pub fn acting<'a>(
+    name: &str,
+    random: &'a mut RandomPolicy,
+    policy: &'a mut dyn Policy,
+) -> &'a mut dyn Policy {
+    if name == "random" { random } else { policy }
+}

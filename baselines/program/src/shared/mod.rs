@@ -1,0 +1,14 @@
+//! Code that several commands share.
+
+pub mod check;
+#[cfg(feature = "full")]
+pub mod choice;
+pub(crate) mod env_id;
+pub mod json;
+#[cfg(feature = "full")]
+pub mod progress;
+#[cfg(feature = "full")]
+pub mod ranks;
+pub mod reference;
+#[cfg(feature = "full")]
+pub(crate) mod signals;

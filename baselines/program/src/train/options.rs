@@ -1,0 +1,244 @@
+//! The settings that the flags describe, and demonstrations.
+
+use std::io::Cursor;
+
+use anyhow::{Context, anyhow, bail};
+use baselines::{
+    Policy, ScriptedPolicy,
+    learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
+    workers::share,
+};
+use fetch_env::{FetchObservation, GoalEnv, MujocoEnv};
+use goal_reward::GoalReward;
+use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError, files::read};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use super::{Args, make, preset};
+use crate::output::usage;
+use crate::shared::choice::flag_name;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// Settings of openai/baselines, in one process
+    Authors,
+    /// Settings of fast, with SAC and the discount and temperature of the chapter's book
+    Book,
+    /// Settings that learn fastest on a few cores
+    Fast,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AlgorithmChoice {
+    /// Deep deterministic policy gradient
+    Ddpg,
+    /// Soft actor-critic
+    Sac,
+}
+
+/// Returns what all ranks of a run must have in common, besides the settings.
+pub fn facts(args: &Args) -> [(&'static str, String); 10] {
+    [
+        ("command", "train".to_owned()),
+        ("--env-id", args.env_id.to_string()),
+        ("--model", flag_name(args.model)),
+        ("--seed", args.seed.to_string()),
+        ("--seeds", args.seeds.to_string()),
+        ("--steps", format!("{:?}", args.steps)),
+        ("--updates", format!("{:?}", args.updates)),
+        ("--target", format!("{:?}", args.target)),
+        ("--demos", format!("{:?}", args.demos)),
+        ("--resume", format!("{:?}", args.resume)),
+    ]
+}
+
+/// Returns the settings that the flags describe.
+pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
+    let mut settings = preset(args.preset, args.env_id);
+    match (args.algorithm, &settings.algorithm) {
+        (Some(AlgorithmChoice::Ddpg), AlgorithmSettings::Sac(_)) => {
+            settings.algorithm = AlgorithmSettings::Ddpg(DdpgSettings::default());
+        }
+        (Some(AlgorithmChoice::Sac), AlgorithmSettings::Ddpg(_)) => {
+            settings.algorithm = AlgorithmSettings::Sac(SacSettings::default());
+        }
+        _ => {}
+    }
+    if let Some(num_envs) = args.envs {
+        settings.schedule.num_envs = num_envs.get();
+    }
+    for assignment in &args.set {
+        let wrong = |reason: String| usage(format_args!("--set {assignment}: {reason}"));
+        let Some((key, text)) = assignment.split_once('=') else {
+            return Err(wrong("write KEY=VALUE, such as gamma=0.98".to_owned()));
+        };
+        let value = serde_json::from_str(text)
+            .map_err(|_| wrong(format!("{text} is not a number, a list or true")))?;
+        settings = change(&settings, key, value).map_err(|error| wrong(error.to_string()))?;
+    }
+    settings.check().map_err(usage)?;
+    Ok(settings)
+}
+
+/// Returns settings with one value changed; the error says what is wrong.
+pub fn change(settings: &TrainSettings, key: &str, to: Value) -> anyhow::Result<TrainSettings> {
+    let mut value = serde_json::to_value(settings)?;
+    let Some(place) = find(&mut value, key) else { bail!(unknown(&value, key)) };
+    let text = to.to_string();
+    *place = to;
+    let settings: TrainSettings = serde_json::from_value(value)
+        .map_err(|error| anyhow!("{text} is not a value of {key}: {error}"))?;
+    settings.check()?;
+    Ok(settings)
+}
+
+/// Returns the place of a setting in the tree of all.
+fn find<'a>(value: &'a mut Value, key: &str) -> Option<&'a mut Value> {
+    let Value::Object(entries) = value else { return None };
+    let is_setting = entries.get(key).is_some_and(|value| !value.is_object());
+    if is_setting {
+        entries.get_mut(key)
+    } else {
+        entries.values_mut().find_map(|value| find(value, key))
+    }
+}
+
+/// Returns the message that there is no such setting, with the nearest name.
+fn unknown(settings: &Value, key: &str) -> String {
+    let mut names = Vec::new();
+    collect_names(settings, &mut names);
+    let nearest = nearest(names.iter().map(String::as_str), key);
+    format!("there is no setting {key}; did you mean {nearest}? All are: {}", names.join(", "))
+}
+
+/// Returns the nearest of some names.
+pub fn nearest<'a>(names: impl Iterator<Item = &'a str>, to: &str) -> &'a str {
+    let nearness = |name: &str| strsim::jaro_winkler(name, to);
+    names.max_by(|a, b| nearness(a).total_cmp(&nearness(b))).unwrap_or_default()
+}
+
+fn collect_names(value: &Value, names: &mut Vec<String>) {
+    let empty = Map::new();
+    for (name, value) in value.as_object().unwrap_or(&empty) {
+        if value.is_object() { collect_names(value, names) } else { names.push(name.clone()) }
+    }
+}
+
+/// The noise of scripted episodes, so that the policy also sees the results of mistakes.
+const DEMO_NOISE: f32 = 0.1;
+/// The seed of the first demonstration of the first run, which no training or evaluation uses.
+const DEMO_SEED: u64 = 1 << 45;
+
+/// Returns the episodes of a saved buffer as an archive of numpy arrays.
+fn archive_of(saved: &str) -> anyhow::Result<Vec<u8>> {
+    let mut archive = Cursor::new(Vec::new());
+    match HerBuffer::<f32>::load(saved) {
+        Ok(buffer) => buffer.write_npz(&mut archive)?,
+        Err(LoadError::ElementSize { .. }) => {
+            HerBuffer::<f64>::load(saved)?.write_npz(&mut archive)?;
+        }
+        Err(error) => return Err(error.into()),
+    }
+    Ok(archive.into_inner())
+}
+
+/// The largest size of an archive of demonstrations, in bytes.
+const MOST_BYTES: u64 = 16 << 30;
+
+/// The largest number of scripted demonstrations, which take about 30 s.
+const MOST_DEMOS: usize = 10_000;
+
+/// Checks the value of `--demos`, if it is a number and not a file.
+pub fn demos(text: &str) -> Result<String, String> {
+    let is_count = text.parse::<usize>().is_ok_and(|count| count <= MOST_DEMOS);
+    if is_count || text.parse::<f64>().is_err() {
+        Ok(text.to_owned())
+    } else {
+        Err(format!("choose a whole number from 0 to {MOST_DEMOS}, or a file"))
+    }
+}
+
+/// Checks the value of `--target`; `run.json` has no other numbers.
+pub fn target(text: &str) -> Result<f64, String> {
+    let target: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    target.is_finite().then_some(target).ok_or_else(|| "choose a finite number".into())
+}
+
+/// Checks the value of `--checkpoint-seconds`.
+pub fn checkpoint_seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    let is_time = seconds.is_finite() && seconds >= 0.0;
+    is_time.then_some(seconds).ok_or_else(|| "choose a number from 0 on".into())
+}
+
+/// Where data sets of OGBench's format have the goals.
+const GOALS: GoalColumns<'_> = GoalColumns {
+    array: "achieved_goals",
+    width: 3,
+    columns: 0..3,
+    desired: Some("desired_goals"),
+};
+
+/// Adds the episodes of an archive of numpy arrays: of a buffer, or in OGBench's format, which does
+/// not store the lengths of episodes.
+fn import(
+    buffer: &mut HerBuffer<f32>,
+    archive: &[u8],
+    reward: &impl GoalReward,
+) -> Result<u64, NpzError> {
+    let missing = match buffer.import_npz_bytes(archive) {
+        Err(missing @ NpzError::Missing { .. }) => missing,
+        imported => return imported,
+    };
+    match buffer.import_ogbench_bytes(archive, &GOALS, reward) {
+        Err(NpzError::Missing { .. }) => Err(missing),
+        imported => imported,
+    }
+}
+
+/// Adds demonstrations to the buffer of a trainer: this rank's share of scripted episodes, or all
+/// episodes of a file.
+pub fn add_demos(
+    trainer: &mut Trainer<MujocoEnv>,
+    args: &Args,
+    demos: &str,
+    seed: u64,
+) -> anyhow::Result<()> {
+    let Ok(count) = demos.parse::<usize>() else {
+        let archive = if demos.ends_with(".npz") {
+            read(demos, MOST_BYTES)
+                .with_context(|| format!("--demos {demos}: cannot read the archive"))?
+        } else {
+            archive_of(demos).with_context(|| {
+                format!("--demos {demos}: pass a number, an archive .npz or a saved buffer")
+            })?
+        };
+        let env = make(args.env_id, args.model)?;
+        let reward = env.goal_reward();
+        trainer.add_demonstrations(|buffer| anyhow::Ok(import(buffer, &archive, reward)?))?;
+        return Ok(());
+    };
+    let own = share(trainer.workers(), count);
+    let mut env = make(args.env_id, args.model)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(trainer.workers().rank() as u64);
+    let mut script = ScriptedPolicy::new(args.env_id.task);
+    let mut noisy = |observation: &FetchObservation, action: &mut [f32]| {
+        script.act(observation, action);
+        for element in action {
+            let noise = rng.random_range(-DEMO_NOISE..=DEMO_NOISE);
+            *element = (*element + noise).clamp(-1.0, 1.0);
+        }
+    };
+    let first_seed = DEMO_SEED.wrapping_add(seed.wrapping_mul(100_000));
+    let first_seed = first_seed.wrapping_add(own.start as u64);
+    trainer.add_demonstrations(|buffer| {
+        let count = own.len();
+        anyhow::Ok(baselines::collect(&mut env, &mut noisy, count, first_seed, buffer, 0, |_| ())?)
+    })?;
+    Ok(())
+}

@@ -1,0 +1,152 @@
+//! The pages of `play` and `report`, looked at in headless Chromium.
+
+use std::{
+    fs,
+    io::{self, Write},
+    path::Path,
+    process::Command,
+};
+
+use serde_json::Value;
+use testing::Result;
+
+fn fetch(arguments: &[&str], out: &Path) -> Result<String> {
+    let output = Command::new(env!("CARGO_BIN_EXE_fetch-env"))
+        .args(arguments)
+        .arg("--out")
+        .arg(out)
+        .output()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{errors}");
+    Ok(String::from_utf8(output.stdout)?)
+}
+
+/// Whether Chromium is there. CI installs it; elsewhere a test that needs it prints that it is
+/// skipped.
+fn has_chromium() -> bool {
+    let found = Command::new("chromium").arg("--version").output().is_ok();
+    assert!(found || std::env::var_os("CI").is_none(), "CI must install chromium");
+    if !found {
+        // The harness holds back what `eprintln!` prints; a skipped test must not go unnoticed.
+        let _ = writeln!(
+            io::stderr(),
+            "SKIPPED: chromium is missing (apt-get install chromium): no page was looked at"
+        );
+    }
+    found
+}
+
+/// Returns what `look.js` saw of a page in a frame of a width, because a window has a minimum
+/// width.
+fn look_at(page: &Path, width: u32, dark: bool) -> Result<Value> {
+    let folder = tempfile::tempdir()?;
+    let watched = folder.path().join("page.html");
+    let html = fs::read_to_string(page)?;
+    let script = |source: &str| format!("<script>{source}</script>");
+    let html =
+        html.replacen("<head>", &format!("<head>{}", script(include_str!("page/errors.js"))), 1);
+    let html = html + &script(include_str!("page/look.js"));
+    let inner = html.replace('&', "&amp;").replace('"', "&quot;");
+    let style = format!("border: 0; width: {width}px; height: 844px");
+    let outer = format!("<body><iframe style=\"{style}\" srcdoc=\"{inner}\"></iframe></body>");
+    fs::write(&watched, outer)?;
+    let scheme = format!("--blink-settings=preferredColorScheme={}", u8::from(!dark));
+    let output = Command::new("chromium")
+        .args(["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"])
+        .args([
+            "--enable-unsafe-swiftshader",
+            "--virtual-time-budget=20000",
+            "--dump-dom",
+            "--hide-scrollbars",
+        ])
+        .args([scheme.as_str(), "--window-size=1200,1000"])
+        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .arg(format!("file://{}", watched.display()))
+        .output()?;
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let seen = dom
+        .split_once("<pre id=\"seen\">")
+        .and_then(|(_, rest)| rest.split_once("</pre>"))
+        .ok_or_else(|| format!("no result\n{}", String::from_utf8_lossy(&output.stderr)))?;
+    let json = seen.0.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    Ok(serde_json::from_str(&json)?)
+}
+
+fn assert_playback_lives(playback: &Value) {
+    let figure =
+        |name: &str| playback[name].as_u64().unwrap_or_else(|| panic!("{name}: {playback}"));
+    let share = |name: &str| figure(name) as f64 / figure("size") as f64;
+    assert!(figure("colors") > 200, "{playback}");
+    assert!((0.2..0.85).contains(&share("background")), "{playback}");
+    assert!(share("blue") > 0.003, "the arm is blue: {playback}");
+    assert!(share("red") > 0.00002, "the goal is red: {playback}");
+    assert!(share("changed_by_scrubbing") > 0.003, "{playback}");
+    assert_eq!(figure("changed_by_scrubbing_back"), 0, "{playback}");
+    assert!(share("changed_by_mouse") > 0.05, "{playback}");
+    assert!(share("changed_by_touch") > 0.05, "{playback}");
+    assert!(figure("played_to") > 0, "{playback}");
+    assert!(playback["told"].as_str().is_some_and(|told| told.contains("distance")), "{playback}");
+}
+
+fn assert_self_contained(page: &Path) -> Result {
+    let html = fs::read_to_string(page)?;
+    for outside in ["http://", "https://", "src=\"/", "<link", "@import", "url("] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    assert!(html.len() < 3_000_000, "{} bytes", html.len());
+    Ok(())
+}
+
+#[test]
+fn an_episode_is_played_back() -> Result {
+    let folder = tempfile::tempdir()?;
+    let page = folder.path().join("new/play.html");
+    let arguments = ["play", "--env-id", "FetchPush-v4", "--seed", "3", "--verbose"];
+    let text = fetch(&[&arguments[..], &["--policy", "scripted"]].concat(), &page)?;
+    assert_eq!(text.lines().filter(|line| line.contains(" m  [")).count(), 50, "{text}");
+    assert_self_contained(&page)?;
+    if has_chromium() {
+        let seen = look_at(&page, 800, false)?;
+        assert_eq!(seen["faults"], serde_json::json!([]), "{seen}");
+        assert_playback_lives(&seen["playbacks"][0]);
+    }
+    Ok(())
+}
+
+#[test]
+fn the_report_shows_everything_in_light_and_dark_and_on_a_phone() -> Result {
+    let folder = tempfile::tempdir()?;
+    let page = folder.path().join("report.html");
+    fetch(&["report", "--episodes", "3", "--verify-only", "FetchReach-v4"], &page)?;
+    assert_self_contained(&page)?;
+    let html = fs::read_to_string(&page)?;
+    assert_eq!(html.matches("<svg ").count(), 12 + 8 + 3, "episodes, workspace, rewards");
+    // Embedded poses and shapes, in base64, may contain any letters.
+    let is_base64 = |c: char| c.is_ascii_alphanumeric() || "+/=".contains(c);
+    let shown: String =
+        html.split_inclusive(|c| !is_base64(c)).filter(|run| run.len() < 100).collect();
+    for no_number in ["NaN", ">inf", "Minf", "Linf"] {
+        assert!(!shown.contains(no_number), "{no_number} in a plot or table");
+    }
+    for text in ["42 checks", "FetchSlideDense-v4", "object_velp", "Reward over distance"] {
+        assert!(html.contains(text), "{text}");
+    }
+    if !has_chromium() {
+        return Ok(());
+    }
+    let mut backgrounds = Vec::new();
+    for (width, dark) in [(1000, false), (390, true)] {
+        let seen = look_at(&page, width, dark)?;
+        assert_eq!(seen["faults"], serde_json::json!([]), "{seen}");
+        assert_eq!(seen["dark"], dark, "{seen}");
+        assert_eq!(seen["width"], width, "{seen}");
+        assert_eq!(seen["content_width"], seen["width"], "no scrolling sideways: {seen}");
+        let playbacks = seen["playbacks"].as_array().ok_or("no list")?;
+        // The scripted and the trained policy in each task.
+        assert_eq!(playbacks.len(), 8);
+        playbacks.iter().for_each(assert_playback_lives);
+        backgrounds.push(seen["page"].clone());
+    }
+    assert_ne!(backgrounds[0], backgrounds[1], "the page's color follows the scheme");
+    Ok(())
+}
