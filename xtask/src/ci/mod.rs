@@ -18,7 +18,7 @@ use fetch_install::{Origin, Places, download};
 
 use self::{
     needs::{Need, commands_for},
-    steps::{BESIDE, FIRST, LONGEST, OTHER_VERSIONS, Stage, Step, TESTS},
+    steps::{BESIDE, FIRST, LAST, LONGEST, Stage, Step, TESTS},
 };
 use crate::{c_compiler, output::usage, tools::succeeds};
 
@@ -38,7 +38,7 @@ pub struct Args {
 }
 
 pub fn test() -> anyhow::Result<bool> {
-    let stages = [&[BESIDE][..], &FIRST, &OTHER_VERSIONS].concat();
+    let stages = [&[BESIDE][..], &FIRST, &[LAST]].concat();
     let missing = find_missing(&stages)?;
     let (needed, others): (Vec<_>, Vec<_>) =
         missing.into_iter().partition(|need| TESTS.needs.contains(need));
@@ -57,7 +57,7 @@ pub fn test() -> anyhow::Result<bool> {
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let &Args { all, available, install } = args;
     let first = [&[TESTS][..], &FIRST].concat();
-    let mut then = OTHER_VERSIONS.to_vec();
+    let mut then = vec![LAST];
     if all {
         then.extend(LONGEST);
     }

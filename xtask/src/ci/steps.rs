@@ -74,24 +74,6 @@ const ON_SYSTEM: Stage = Stage {
             &[Clippy],
         ),
         step(
-            "lints with downloading alone",
-            "clippy -p fetch-sim --no-default-features --features download --all-targets \
-             -- -D warnings",
-            &[Clippy],
-        ),
-        step(
-            "lints with Minari's data sets alone",
-            "clippy -p fetch-baselines --no-default-features --features minari --all-targets \
-             -- -D warnings",
-            &[Clippy],
-        ),
-        step(
-            "lints with OGBench's data sets alone",
-            "clippy -p fetch-baselines --no-default-features --features ogbench --all-targets \
-             -- -D warnings",
-            &[Clippy],
-        ),
-        step(
             "tests without MuJoCo",
             "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features",
             &[],
@@ -100,11 +82,6 @@ const ON_SYSTEM: Stage = Stage {
             "documentation",
             "doc --workspace --no-deps --features her-relabel/npz,fetch-cli/mpi",
             &[Mpi],
-        ),
-        step(
-            "documentation without MuJoCo",
-            "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --no-default-features",
-            &[],
         ),
         step("pictures of the commands", "test --workspace --test commands pictures", &[OpenGl]),
         // The report, which takes most of a minute, is looked at by "tests" if Chromium is there.
@@ -174,11 +151,14 @@ pub const LONGEST: [Stage; 3] = [
     on("3.6.0", &[step("tests of policies", "test -p fetch-baselines", &[OpenGl])]),
     on(
         "4.0.1",
-        &[step(
-            "tests of the environments",
-            "test -p fetch-env --features fetch-env/clip",
-            &[OpenGl],
-        )],
+        &[
+            step(
+                "tests of the environments",
+                "test -p fetch-env --features fetch-env/clip",
+                &[OpenGl],
+            ),
+            VERIFY,
+        ],
     ),
 ];
 
@@ -186,6 +166,29 @@ const LONGEST_ON_SYSTEM: Stage = Stage {
     mujoco: None,
     needs: &[Mujoco],
     steps: &[
+        step(
+            "lints with downloading alone",
+            "clippy -p fetch-sim --no-default-features --features download --all-targets \
+             -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints with Minari's data sets alone",
+            "clippy -p fetch-baselines --no-default-features --features minari --all-targets \
+             -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "lints with OGBench's data sets alone",
+            "clippy -p fetch-baselines --no-default-features --features ogbench --all-targets \
+             -- -D warnings",
+            &[Clippy],
+        ),
+        step(
+            "documentation without MuJoCo",
+            "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --no-default-features",
+            &[],
+        ),
         step("fuzzing", "xtask fuzz", &[CPlusPlus]),
         step("ThreadSanitizer", "xtask sanitize --only threads", &[]),
         step("Miri", "xtask sanitize --only miri", &[]),
@@ -205,43 +208,47 @@ const fn on(version: &'static str, steps: &'static [Step]) -> Stage {
 }
 
 /// What `ci` runs after [`TESTS`], with [`BESIDE`] beside both.
-pub const FIRST: [Stage; 2] = [ON_SYSTEM, WITHOUT_HEADERS];
+pub const FIRST: [Stage; 4] = [ON_SYSTEM, WITHOUT_HEADERS, ON_PYTHONS, ON_NEWEST];
 
-/// What `ci` runs on other versions of MuJoCo, once the stages before have ended.
-pub const OTHER_VERSIONS: [Stage; 2] = [
-    on(
-        "3.6.0",
-        &[
-            // Tests of what a version of MuJoCo can change.
-            step("tests of the environments", "test -p fetch-sim -p fetch-env", &[OpenGl]),
-            step(
-                "bit parity with the reference",
-                "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-3.6.0 --model reference",
-                &[],
-            ),
-            VERIFY,
-            // Fails if the policy does not succeed in 100 of 100 episodes.
-            step(
-                "learning to reach",
-                "xtask train --env-id FetchReach-v4 --set evaluation_episodes=100 --out target/learn/reach \
+/// On the version that the Python package brings.
+const ON_PYTHONS: Stage = on(
+    "3.6.0",
+    &[
+        // Tests of what a version of MuJoCo can change.
+        step("tests of the environments", "test -p fetch-sim -p fetch-env", &[OpenGl]),
+        step(
+            "bit parity with the reference",
+            "xtask parity --fixtures xtask/lab/tests/recordings/mujoco-3.6.0 --model reference",
+            &[],
+        ),
+        // With the program that the next commands need, instead of `xtask verify`'s.
+        step("verify", "run --quiet --release -p fetch-cli -- verify", &[]),
+        // Fails if the policy does not succeed in 100 of 100 episodes.
+        step(
+            "learning to reach",
+            "xtask train --env-id FetchReach-v4 --set evaluation_episodes=100 --out target/learn/reach \
                  --overwrite",
-                &[],
-            ),
-            // A run without a target, which ends before it has learned the task.
-            step(
-                "learning to push, in part",
-                "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 \
+            &[],
+        ),
+        // A run without a target, which ends before it has learned the task.
+        step(
+            "learning to push, in part",
+            "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 \
                  --set random_episodes=40 --out target/learn/push --overwrite",
-                &[],
-            ),
-            step("figures", "xtask figures --out target/figures", &[OpenGl]),
-            step("bit parity with the reference in Python", "xtask parity live", &[]),
-            step("data sets", "xtask python --sets 500", &[Python, OpenGl]),
-        ],
-    ),
-    // The newest release.
-    on("4.0.1", &[step("tests of simulations", "test -p fetch-sim", &[OpenGl]), VERIFY]),
-];
+            &[],
+        ),
+        step("figures", "xtask figures --out target/figures", &[OpenGl]),
+        step("bit parity with the reference in Python", "xtask parity live", &[]),
+    ],
+);
+
+/// On the newest release.
+const ON_NEWEST: Stage =
+    on("4.0.1", &[step("tests of simulations", "test -p fetch-sim", &[OpenGl])]);
+
+/// What `ci` runs after all of these, because it uses the folders of "the Python package".
+pub const LAST: Stage =
+    on("3.6.0", &[step("data sets", "xtask python --sets 500", &[Python, OpenGl])]);
 
 #[cfg(test)]
 mod tests {
@@ -250,7 +257,7 @@ mod tests {
     use super::*;
 
     fn all() -> impl Iterator<Item = (Stage, Step)> {
-        let stages = [&[TESTS, BESIDE][..], &FIRST, &OTHER_VERSIONS, &LONGEST].concat();
+        let stages = [&[TESTS, BESIDE][..], &FIRST, &[LAST], &LONGEST].concat();
         stages.into_iter().flat_map(|stage| stage.steps.iter().map(move |step| (stage, *step)))
     }
 
