@@ -23,10 +23,12 @@ pub fn cache_folder() -> Option<PathBuf> {
 }
 
 /// Returns the MuJoCo that was asked for once, which builds and programs of this platform take
-/// unless `MUJOCO_DIR` names another; `None` if there is none, and as for [`reference_folder`].
+/// unless `MUJOCO_DIR` names another; `None` if there is none, as for [`reference_folder`], and for
+/// programs that bring MuJoCo themselves (feature `bundled`).
 ///
 /// # Errors
 /// [`UnusableChoice`], if it cannot be used: it is passed over then.
 pub fn remembered_mujoco() -> Result<Option<Remembered>, UnusableChoice> {
-    cache_folder().map_or(Ok(None), |cache| fetch_install::remembered(&cache, &own_platform()))
+    let cache = if cfg!(feature = "bundled") { None } else { cache_folder() };
+    cache.map_or(Ok(None), |cache| fetch_install::remembered(&cache, &own_platform()))
 }

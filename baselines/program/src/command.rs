@@ -79,7 +79,7 @@ pub enum Command {
     #[cfg(feature = "full")]
     #[command(after_help = "Example: fetch-env report --out report.html")]
     Report(report::Args),
-    /// Fetch another version of MuJoCo into the cache
+    /// Fetch another version of MuJoCo, and remember it for builds and programs
     #[command(after_help = "Example: fetch-env mujoco 3.6.0")]
     Mujoco(install::MujocoArgs),
     /// Fetch the reference's model into the cache

@@ -4,9 +4,10 @@
 use std::{fs, path::PathBuf};
 
 use fetch_install::download::{
-    DownloadError, export_line, mujoco, mujoco_for, mujoco_from_wheel, reference_model,
-    reference_model_from_wheel,
+    DownloadError, export_line, forget, mujoco_for, mujoco_from_wheel, reference_model,
+    reference_model_from_wheel, remember,
 };
+use fetch_sim::{MujocoVersion, remembered_mujoco};
 
 use crate::output::usage;
 
@@ -29,28 +30,68 @@ pub fn assets(args: &AssetsArgs) -> anyhow::Result<bool> {
 
 #[derive(clap::Args)]
 pub struct MujocoArgs {
-    /// The version, such as 3.6.0
+    /// The version, such as 3.6.0, or `system` to return to the system's
     version: String,
     /// Use this wheel of that version instead of downloading it
     #[arg(long, value_name = "WHEEL")]
     from: Option<PathBuf>,
-    /// Download it for programs of another system or processor, such as aarch64-linux
+    /// Download it for programs of another system or processor, such as aarch64-linux; it is not
+    /// remembered
     #[arg(long = "for", value_name = "PLATFORM", conflicts_with = "from")]
     platform: Option<String>,
 }
 
 pub fn other_mujoco(args: &MujocoArgs) -> anyhow::Result<bool> {
     let MujocoArgs { version, from, platform } = args;
+    if version == "system" {
+        return return_to_system(args);
+    }
     let folder = match (from, platform) {
-        (Some(wheel), _) => mujoco_from_wheel(version, wheel),
+        (Some(wheel), _) => mujoco_from_wheel(version, wheel).and_then(|_| remember(version)),
         (None, Some(platform)) => mujoco_for(version, platform),
-        (None, None) => mujoco(version),
+        (None, None) => remember(version),
     };
     let folder = folder.map_err(|error| match error {
         DownloadError::Version { .. } | DownloadError::Platform { .. } => usage(error),
         error => error.into(),
     })?;
-    say!("MuJoCo {version} is ready. To build with it:")?;
-    say!("{}", export_line(&fs::canonicalize(folder)?))?;
+    let folder = fs::canonicalize(folder)?;
+    if platform.is_some() {
+        say!("MuJoCo {version} is ready. To build with it:")?;
+        say!("{}", export_line(&folder))?;
+    } else {
+        say!("MuJoCo {version} is ready in {}", folder.display())?;
+        say_who_takes(version)?;
+    }
     Ok(true)
+}
+
+/// Forgets the remembered MuJoCo.
+fn return_to_system(args: &MujocoArgs) -> anyhow::Result<bool> {
+    if args.from.is_some() || args.platform.is_some() {
+        return Err(usage("`system` takes no --from and no --for"));
+    }
+    let words = if forget()? { "forgotten" } else { "nothing was remembered" };
+    say!("{words}: builds and programs take the system's MuJoCo, unless MUJOCO_DIR names another")?;
+    Ok(true)
+}
+
+/// Says which programs take the version that is remembered now.
+fn say_who_takes(version: &str) -> anyhow::Result<()> {
+    if remembered_mujoco()?.is_none() {
+        return say!("builds take it from now on; this program keeps the MuJoCo that it brings");
+    }
+    say!(
+        "builds and programs take it from now on, unless MUJOCO_DIR names another; `fetch-env \
+         mujoco system` returns to the system's"
+    )?;
+    let built = MujocoVersion::of_headers().map(|version| version.to_string());
+    if built.as_deref() != Some(version) {
+        let built = built.map_or("without MuJoCo".into(), |built| format!("with MuJoCo {built}"));
+        say!(
+            "this program was built {built}: `cargo install` it again, with --force, to run on \
+             {version} (`cargo xtask` builds it again by itself)"
+        )?;
+    }
+    Ok(())
 }

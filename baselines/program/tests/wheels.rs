@@ -10,7 +10,10 @@ use std::{
 
 use base64::prelude::{BASE64_URL_SAFE_NO_PAD, Engine};
 use program::fetch;
-use testing::{Result, program::errors_of};
+use testing::{
+    Result,
+    program::{errors_of, output_of},
+};
 use zip::{ZipWriter, write::SimpleFileOptions};
 
 #[test]
@@ -82,8 +85,8 @@ fn a_wheel_of_mujoco_is_unpacked_whole_or_not_at_all() -> Result {
     assert_eq!(output.status.code(), Some(0), "{}", errors_of(&output));
     // The name of the folder depends on the platform.
     let text = String::from_utf8(output.stdout)?;
-    let line = text.lines().find_map(|line| line.strip_prefix("export MUJOCO_DIR="));
-    let unpacked = Path::new(line.ok_or("no export line")?);
+    let line = text.lines().find_map(|line| line.strip_prefix("MuJoCo 9.8.7 is ready in "));
+    let unpacked = Path::new(line.ok_or("no folder")?);
     assert!(unpacked.starts_with(folder.path().canonicalize()?.join("fetch-env")), "{text}");
     assert_eq!(fs::read_to_string(unpacked.join("libmujoco.so.9.8.7"))?, "library");
     assert!(!unpacked.join("not_wanted.py").exists());
@@ -102,6 +105,23 @@ fn a_wheel_of_mujoco_is_unpacked_whole_or_not_at_all() -> Result {
         assert!(errors_of(&output).contains("python3 did not start"), "{}", errors_of(&output));
         assert_eq!(unpack("9.8.7")?.status.code(), Some(0));
     }
+
+    // It is remembered until it is forgotten; what is for another platform is not.
+    let mujoco = |arguments: &str| {
+        output_of(fetch("mujoco").args(arguments.split(' ')).env("XDG_CACHE_HOME", folder.path()))
+    };
+    let doctor = || fetch("doctor").env("XDG_CACHE_HOME", folder.path()).output();
+    let text = String::from_utf8(doctor()?.stdout)?;
+    assert!(text.contains("MuJoCo 9.8.7 is remembered, but this program was built with"), "{text}");
+    fs::remove_file(unpacked.join("libmujoco.so.9.8.7"))?;
+    let output = doctor()?;
+    let text = String::from_utf8(output.stdout)?;
+    assert_eq!(output.status.code(), Some(0), "it falls back: {text}");
+    assert!(text.contains("MuJoCo 9.8.7 is remembered, but "), "{text}");
+    assert!(mujoco("system")?.starts_with("forgotten: "));
+    assert!(mujoco("system")?.starts_with("nothing was remembered: "));
+    let text = String::from_utf8(doctor()?.stdout)?;
+    assert!(!text.contains("remembered"), "{text}");
 
     let output = unpack("9.8.8")?;
     assert_eq!(output.status.code(), Some(1), "a wheel of another version");

@@ -6,7 +6,7 @@ use fetch_env::{
     BatchObservation, Env, EnvError, EnvId, FetchObservation, GoalEnvExt, GoalObservation,
     MujocoEnv, Space, make,
 };
-use fetch_sim::{MujocoVersion, Task, library_path};
+use fetch_sim::{MujocoVersion, Task};
 use goal_reward::RewardKind;
 use serde_json::json;
 
@@ -15,6 +15,7 @@ use crate::shared::{
     check::mark,
     env_id::DENSE_REACH,
     json::{Metric, write_results},
+    mujoco,
 };
 
 #[derive(clap::Args)]
@@ -43,8 +44,8 @@ const SYMPTOMS: [Symptom; 12] = [
     Symptom {
         name: "MuJoCo is missing, or not the one used for the build",
         look: library,
-        fix: "apt-get update && apt-get install -y libmujoco-dev, or `fetch-env mujoco 3.6.0` \
-              and set MUJOCO_DIR as it says",
+        fix: "apt-get update && apt-get install -y libmujoco-dev, or `fetch-env mujoco 3.6.0`, \
+              and build again",
     },
     Symptom {
         name: "obs is a flat array, not a dictionary",
@@ -133,9 +134,11 @@ fn verified(id: EnvId, seed: u64, name: &str) -> anyhow::Result<Finding> {
 }
 
 fn library(_seed: u64) -> anyhow::Result<Finding> {
-    let (version, path) = (MujocoVersion::of_library()?, library_path()?);
-    let mut seen = format!("MuJoCo {version}, headers and library; {}", path.display());
-    if version.to_string() == "4.0.0" {
+    let mut seen = mujoco::in_use()?;
+    if let Some(advice) = mujoco::advice()? {
+        seen += &format!("\n      {advice}");
+    }
+    if MujocoVersion::of_library()?.to_string() == "4.0.0" {
         seen += "\n      its sparse Cholesky factorization is wrong (fixed in 4.0.1): no Fetch \
                  scene needs it, but models with 60 or more degrees of freedom, or with \
                  jacobian=\"sparse\", do";

@@ -5,6 +5,7 @@ pub mod check;
 pub mod choice;
 pub(crate) mod env_id;
 pub mod json;
+pub mod mujoco;
 #[cfg(feature = "full")]
 pub mod progress;
 #[cfg(feature = "full")]

@@ -32,6 +32,7 @@ use crate::output::usage;
 use crate::shared::{
     choice::ModelChoice,
     json::{Metric, write_results},
+    mujoco::advice,
     progress,
     ranks::{MakeWorkers, RankArgs, of_first, share_run},
     signals::{Signals, Stopped},
@@ -112,6 +113,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     if let Some(file) = &args.grid {
+        say_advice()?;
         return grid::run(args, file);
     }
     // Reports wrong usage before the ranks meet.
@@ -122,12 +124,20 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     })
 }
 
+/// Says how to train faster, if the MuJoCo in use is a slow one.
+fn say_advice() -> anyhow::Result<()> {
+    advice()?.map_or(Ok(()), |advice| say!("train: {advice}"))
+}
+
 fn run_shared(
     args: &Args,
     settings: &TrainSettings,
     signals: &Signals,
     workers: MakeWorkers,
 ) -> anyhow::Result<bool> {
+    if workers().rank() == 0 {
+        say_advice()?;
+    }
     let mut results = Vec::new();
     if let Some(folder) = &args.resume {
         let (trainer, files) = resume(args, folder, workers())?;

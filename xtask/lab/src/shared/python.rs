@@ -90,7 +90,7 @@ fn reference_on(mujoco: &str) -> anyhow::Result<PathBuf> {
     ensure!(
         !mujoco.starts_with("2."),
         "this is built on MuJoCo {mujoco}, which Python packages do not offer: run \
-         `cargo xtask mujoco {MUJOCO}` and set MUJOCO_DIR as it says"
+         `cargo xtask mujoco {MUJOCO}`"
     );
     let package = format!("mujoco=={mujoco}");
     let packages = REFERENCE.map(|name| if name.starts_with("mujoco==") { &package } else { name });
