@@ -1,5 +1,5 @@
 //! `projects`: builds and tests the projects outside the workspace, as their users would, and the
-//! program in the README's section on depending on the crates.
+//! README's programs.
 
 use std::{
     fs,
@@ -7,15 +7,14 @@ use std::{
     process::Command,
 };
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 
 use crate::output::usage;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const FOLDER: &str = "fetch-env/projects";
 const FIRST_PROGRAM: &str = "quickstart";
-/// The README's section with the first program, and the path of the crates in its dependencies.
-const SECTION: &str = "## Use it from your project\n";
+/// The path of the crates in the README's dependencies.
 const CRATES: &str = "../fetch/";
 
 #[derive(clap::Args)]
@@ -46,7 +45,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     for name in names {
         say!("projects: {name}")?;
         let passed = if name == FIRST_PROGRAM {
-            program_of_readme(&root)?
+            programs_of_readme(&root)?
         } else {
             let folder = root.join(FOLDER).join(&name);
             cargo(&root, &folder, &["fmt", "--check"])? && cargo(&root, &folder, &["test"])?
@@ -73,20 +72,14 @@ fn names(folder: &Path) -> anyhow::Result<Vec<String>> {
     Ok(names)
 }
 
-/// Creates the program of the README's [`SECTION`] in a new project outside the repository and runs it, with the
+/// Creates a project outside the repository with the README's two programs, and runs them with the
 /// workspace's versions of all dependencies.
-fn program_of_readme(root: &Path) -> anyhow::Result<bool> {
+fn programs_of_readme(root: &Path) -> anyhow::Result<bool> {
     let readme = fs::read_to_string(root.join("README.md"))?;
-    let section =
-        readme.split_once(SECTION).context("the README has no section with this program")?.1;
-    let block = |language: &str| {
-        let (_, rest) = section.split_once(&format!("```{language}\n"))?;
-        Some(rest.split_once("```")?.0)
-    };
-    let (dependencies, program) =
-        block("toml").zip(block("rust")).context("the README's section has no program")?;
-    let lines = program.lines().count();
-    ensure!(lines <= 30, "the program in the README has {lines} lines: the limit is 30");
+    let fetch_env = part(&readme, "First program", "`fetch-env = ", "`")?;
+    let learner = part(&readme, "Learn", "```toml\n", "```")?;
+    let first = part(&readme, "First program", "```rust\n", "```")?;
+    let learn = part(&readme, "Learn", "```rust,no_run\n", "```")?;
 
     let folder = tempfile::tempdir()?;
     let project = folder.path().join("push");
@@ -95,12 +88,25 @@ fn program_of_readme(root: &Path) -> anyhow::Result<bool> {
         return Ok(false);
     }
     let manifest = project.join("Cargo.toml");
-    let made = fs::read_to_string(&manifest)?.replace("[dependencies]\n", "");
+    let made = fs::read_to_string(&manifest)?;
     let crates = format!("{}/", root.display());
-    fs::write(&manifest, made + &dependencies.replace(CRATES, &crates))?;
-    fs::write(project.join("src/main.rs"), program)?;
+    let dependencies = format!("fetch-env = {fetch_env}\n{learner}").replace(CRATES, &crates);
+    fs::write(&manifest, made + &dependencies)?;
+    fs::write(project.join("src/main.rs"), first)?;
+    fs::create_dir(project.join("src/bin"))?;
+    fs::write(project.join("src/bin/learn.rs"), learn)?;
     fs::copy(root.join("Cargo.lock"), project.join("Cargo.lock"))?;
-    cargo(root, &project, &["run", "--offline"])
+    Ok(cargo(root, &project, &["run", "--offline", "--bin", "push"])?
+        && cargo(root, &project, &["run", "--offline", "--bin", "learn"])?)
+}
+
+/// Returns what is between two texts in a section of the README.
+fn part<'a>(readme: &'a str, section: &str, start: &str, end: &str) -> anyhow::Result<&'a str> {
+    let between = || {
+        let (_, section) = readme.split_once(&format!("\n## {section}\n"))?;
+        Some(section.split_once(start)?.1.split_once(end)?.0)
+    };
+    between().with_context(|| format!("the README's section {section} has no {start:?}"))
 }
 
 /// Runs cargo in a folder. All projects share one folder of built crates, without what only
