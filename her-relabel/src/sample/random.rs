@@ -45,7 +45,7 @@ const WORDS_PER_ROW: u64 = 4;
 /// The random words of a batch, all functions of one key: each row has its own places in the key's
 /// sequence, so its words are available in any order and on any thread.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Draws {
+pub(crate) struct BatchWords {
     key: u64,
 }
 
@@ -70,7 +70,7 @@ pub(crate) const MAX_DRAWS: usize = 4;
 /// A row that no batch has, whose words are the keys of other sequences.
 const KEYS: usize = 1 << 60;
 
-impl Draws {
+impl BatchWords {
     pub(crate) fn new(key: u64) -> Self {
         Self { key }
     }
@@ -93,7 +93,7 @@ impl Draws {
     }
 }
 
-impl Words for Draws {
+impl Words for BatchWords {
     #[inline(always)]
     fn word(&self, row: usize, purpose: Purpose) -> u64 {
         let place = row as u64 * WORDS_PER_ROW + purpose as u64 + 1;
@@ -104,14 +104,14 @@ impl Words for Draws {
 /// The random words of a batch in which some rows are drawn several times.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Redrawn<'a> {
-    by_attempt: [Draws; MAX_DRAWS],
+    by_attempt: [BatchWords; MAX_DRAWS],
     /// The draw of each row, from 0.
     attempts: &'a [u8],
 }
 
 impl<'a> Redrawn<'a> {
-    pub(crate) fn new(draws: Draws, attempts: &'a [u8]) -> Self {
-        Self { by_attempt: std::array::from_fn(|attempt| draws.attempt(attempt)), attempts }
+    pub(crate) fn new(words: BatchWords, attempts: &'a [u8]) -> Self {
+        Self { by_attempt: std::array::from_fn(|attempt| words.attempt(attempt)), attempts }
     }
 }
 
@@ -162,7 +162,7 @@ pub(crate) fn by_priority(table: &PriorityTable, episodes: &Episodes, word: u64)
         PriorityUnit::Transition => drawn,
         PriorityUnit::Episode => {
             let live = episodes.get(drawn).live();
-            let another = Draws::new(word).word(0, Purpose::Transition);
+            let another = BatchWords::new(word).word(0, Purpose::Transition);
             live.start + below(another, live.end - live.start)
         }
     }

@@ -1,9 +1,8 @@
 //! A batch of sampled transitions, in reusable memory.
 
-use crate::sample::columns::{Widths, columns};
-use crate::sample::memory::resize;
-use crate::sample::redraw::Redraws;
-use crate::sample::sampler::SampleError;
+use crate::sample::error::SampleError;
+use crate::sample::rows::columns::resize;
+use crate::sample::rows::columns::{Widths, columns};
 use crate::scalar::Scalar;
 use crate::store::fields::{Fields, UnknownField};
 use crate::store::transition_id::TransitionId;
@@ -28,8 +27,7 @@ pub struct Batch<T> {
     /// The fields, one contiguous matrix after the other.
     field_values: Vec<T>,
     pub(crate) scratch: Scratch<T>,
-    pub(crate) judged: Judged,
-    pub(crate) redraws: Redraws,
+    pub(crate) workspace: Workspace,
 }
 
 columns! { Batch: {
@@ -113,9 +111,15 @@ columns! { {
         "mirror image of one state and its goal, at the front.";
 } }
 
-/// Memory for judging the drawn rows, with unspecified contents between calls.
+/// Memory for choosing and judging rows, with unspecified contents between calls.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Judged {
+pub(crate) struct Workspace {
+    /// The draw, from 0, that each row is taken from, if rows are drawn again.
+    pub(crate) attempts: Vec<u8>,
+    /// The rows that are drawn in the current round.
+    pub(crate) pending: Vec<usize>,
+    /// Whether the goals of these rows were achieved before the step.
+    pub(crate) achieved: Vec<bool>,
     pub(crate) rewards: Vec<f64>,
     pub(crate) terminated: Vec<bool>,
     /// The probabilities of the rows, up to a common factor.

@@ -1,25 +1,26 @@
 //! Turning random words into the rows of a batch, on one thread or several.
 
-use std::iter;
+use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
+use std::{iter, process};
 
 use prefetch_index::prefetch_index;
 
-use crate::sample::aim::{Aim, Task};
-use crate::sample::batch::{Relabeled, Rows};
-use crate::sample::copy::put_wide;
-use crate::sample::draws::{Purpose, Words};
-use crate::sample::form::{Form, State};
-use crate::sample::n_step::NStep;
+use crate::sample::draw::chosen_goal::{ChosenGoal, Draw};
+use crate::sample::random::{Purpose, Words};
+use crate::sample::rows::batch::{Relabeled, Rows};
+use crate::sample::rows::copy::put_wide;
+use crate::sample::rows::form::{Form, State};
+use crate::sample::settings::n_step::NStep;
 use crate::scalar::Scalar;
 use crate::store::storage::Storage;
 use crate::store::transition_id::TransitionId;
 
-/// The number of rows by which each stage of [`gather`] is ahead of the next: the latency of
+/// The number of rows by which each stage of [`gather_part`](Draw::gather_part) is ahead of the next: the latency of
 /// memory.
 const AHEAD: usize = 8;
 
 /// The largest number of rows that does not gain from another thread.
-pub(crate) const PART: usize = 512;
+const PART: usize = 512;
 
 /// The number of bytes of a cache line.
 const LINE: usize = 64;
@@ -48,26 +49,41 @@ pub(crate) struct Counts {
     pub(crate) pairs: usize,
 }
 
-impl<'a, S: Scalar> Task<'a, S> {
-    /// Draws rows on the threads of the current rayon pool, if there are more than `part`. Every
-    /// row is a function of the random words of its place in the batch, so the division into parts
-    /// does not change the batch.
-    pub(crate) fn gather_parts<T: Scalar>(
+impl<'a, S: Scalar> Draw<'a, S> {
+    /// Draws rows and copies their transitions, which `pick` chooses by random words, with the
+    /// stored rewards. The relabeled rows and their pairs of goals go to the front of their scratch
+    /// memory.
+    ///
+    /// Large batches are drawn in parts, on the threads of the current rayon pool, if the sampler
+    /// asks for it. Every row is a function of the random words of its place in the batch, so the
+    /// division into parts does not change the batch.
+    pub(crate) fn gather<T: Scalar>(
         self,
-        words: impl Words,
         pick: impl Fn(u64) -> u64 + Copy + Sync,
+        words: impl Words,
+        form: impl Form<S, T>,
+        rows: &mut Rows<'_, T>,
+    ) -> Counts {
+        let part = if self.sampler.parallel() && have_threads() { PART } else { usize::MAX };
+        self.gather_parts(pick, words, form, rows, part)
+    }
+
+    fn gather_parts<T: Scalar>(
+        self,
+        pick: impl Fn(u64) -> u64 + Copy + Sync,
+        words: impl Words,
         form: impl Form<S, T>,
         rows: &mut Rows<'_, T>,
         part: usize,
     ) -> Counts {
         if rows.len() <= part {
-            return self.gather(words, pick, form, rows);
+            return self.gather_part(pick, words, form, rows);
         }
         let middle = rows.len() / 2;
         let (mut front, mut back) = rows.split_at(middle);
         let (first, second) = rayon::join(
-            || self.gather_parts(words, pick, form, &mut front, part),
-            || self.gather_parts(words, pick, form, &mut back, part),
+            || self.gather_parts(pick, words, form, &mut front, part),
+            || self.gather_parts(pick, words, form, &mut back, part),
         );
         // The back's relabeled rows follow the front's, as in a batch of one part.
         let (scratch, goal, goals) = (&mut rows.scratch, rows.widths.goal, rows.widths.goals);
@@ -78,9 +94,7 @@ impl<'a, S: Scalar> Task<'a, S> {
         Counts { rows: first.rows + second.rows, pairs: first.pairs + second.pairs }
     }
 
-    /// Draws rows and copies their transitions, which `pick` chooses by random words, with the
-    /// stored rewards. The relabeled rows and their pairs of goals go to the front of their scratch
-    /// memory.
+    /// Draws rows on this thread.
     ///
     /// A row passes four stages, each `AHEAD` rows behind the one before: its transition is drawn;
     /// its episode's record is looked up; its goal is drawn; it is copied. Each stage prefetches
@@ -89,10 +103,10 @@ impl<'a, S: Scalar> Task<'a, S> {
     /// For the same reason, the state after the window is prefetched one row later than the rest.
     // Not inlined, so that the code around the loop takes none of its registers.
     #[inline(never)]
-    fn gather<T: Scalar>(
+    fn gather_part<T: Scalar>(
         self,
-        words: impl Words,
         pick: impl Fn(u64) -> u64 + Copy,
+        words: impl Words,
         form: impl Form<S, T>,
         rows: &mut Rows<'_, T>,
     ) -> Counts {
@@ -129,7 +143,7 @@ impl<'a, S: Scalar> Task<'a, S> {
     #[inline(always)]
     fn plan(self, words: impl Words, transition: u64, row: usize) -> Planned<'a, S> {
         let Storage { layout, tape, .. } = self.storage;
-        let Aim { episode, goal, is_relabeled } = self.aim(words, transition, row);
+        let ChosenGoal { episode, goal, is_relabeled } = self.choose_goal(words, transition, row);
         let goal_source = goal.source;
         let left = episode.end - transition;
         let steps = left.min(self.sampler.window() as u64);
@@ -256,4 +270,16 @@ fn prefetch<T>(slice: &[T]) {
 fn prefetch_apart<T: Scalar>(storage: &Storage<T>, row: u64, steps: u64) -> &[T] {
     (row..row + steps).for_each(|row| prefetch(storage.tape.row(row)));
     &storage.tape.row(row + steps)[storage.layout.state()]
+}
+
+/// Returns whether threads help to draw. They do not in a process that was forked from one that has
+/// drawn with them, because the child has none of the pool's threads and would wait forever. In a
+/// pool that the child created, they do.
+fn have_threads() -> bool {
+    /// The first process that has drawn with threads.
+    static PROCESS: AtomicU32 = AtomicU32::new(NONE);
+    const NONE: u32 = 0;
+    let own = process::id();
+    let first = PROCESS.compare_exchange(NONE, own, SeqCst, SeqCst).unwrap_or_else(|first| first);
+    [NONE, own].contains(&first) || rayon::current_thread_index().is_some()
 }

@@ -2,10 +2,10 @@
 
 use goal_reward::{Mirror, Symmetry};
 
-use crate::sample::batch::Rows;
-use crate::sample::copy::put_wide;
-use crate::sample::draws::{Draws, Purpose, Words};
-use crate::sample::form::{Form, Formed, State};
+use crate::sample::random::{BatchWords, Purpose, Words};
+use crate::sample::rows::batch::Rows;
+use crate::sample::rows::copy::put_wide;
+use crate::sample::rows::form::{Form, Formed, State};
 use crate::scalar::Scalar;
 use crate::split_mix::unit;
 use crate::unit_interval::UnitInterval;
@@ -16,25 +16,25 @@ pub(crate) struct Mirroring<'a> {
     form: Formed<'a>,
     symmetry: &'a Symmetry,
     share: UnitInterval,
-    draws: Draws,
+    words: BatchWords,
 }
 
 impl<'a> Mirroring<'a> {
-    /// Mirrors the average share `share` of the rows, chosen by `draws`, and writes all rows in
+    /// Mirrors the average share `share` of the rows, chosen by `words`, and writes all rows in
     /// `form`.
     pub(crate) fn new(
         form: Formed<'a>,
         symmetry: &'a Symmetry,
         share: UnitInterval,
-        draws: Draws,
+        words: BatchWords,
     ) -> Self {
-        Self { form, symmetry, share, draws: draws.mirroring() }
+        Self { form, symmetry, share, words: words.mirroring() }
     }
 
     /// Returns whether the row at `at` is mirrored.
     #[inline(always)]
     fn mirrors<T>(&self, rows: &Rows<'_, T>, at: usize) -> bool {
-        unit(self.draws.word(rows.first + at, Purpose::Transition)) < self.share.get()
+        unit(self.words.word(rows.first + at, Purpose::Transition)) < self.share.get()
     }
 
     /// Writes the mirror images of a state and its goal to `memory`, and returns both.

@@ -1,24 +1,28 @@
 //! Drawing a batch: its transitions, goals and rewards.
 
+mod check;
+mod chosen_goal;
+mod gather;
+mod moved;
+mod outcome;
+mod redraw;
+
 use std::any::Any;
 
-use goal_reward::{GoalReward, Symmetry};
+use goal_reward::GoalReward;
 
-use crate::sample::aim::Task;
-use crate::sample::batch::{Batch, ColumnsMut, Judged, Rows, ScratchRows};
-use crate::sample::columns::Widths;
-use crate::sample::draws::{Draws, RandomSource, by_priority, uniform};
-use crate::sample::form::{AsStored, Form, Formed};
-use crate::sample::gather::PART;
-use crate::sample::inputs::{JoinedGoal, Normalizers, Transforms};
-use crate::sample::mirror::Mirroring;
-use crate::sample::outcome;
-use crate::sample::redraw::Redraws;
-use crate::sample::sampler::{SampleError, Sampler};
-use crate::sample::threads::have_threads;
+use crate::sample::draw::chosen_goal::Draw;
+use crate::sample::draw::gather::Counts;
+use crate::sample::error::SampleError;
+use crate::sample::random::{BatchWords, RandomSource, Words, by_priority, uniform};
+use crate::sample::rows::batch::{Batch, ColumnsMut, Rows, ScratchRows, Workspace};
+use crate::sample::rows::columns::Widths;
+use crate::sample::rows::form::{AsStored, Form, Formed};
+use crate::sample::rows::mirror::Mirroring;
+use crate::sample::settings::inputs::{JoinedGoal, Normalizers, Transforms};
+use crate::sample::settings::sampler::Sampler;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
-use crate::store::config::Dims;
 use crate::store::storage::Storage;
 use crate::unit_interval::UnitInterval;
 
@@ -115,10 +119,11 @@ impl Sampler {
         transforms: impl Into<Transforms<'a>>,
         columns: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError> {
-        let draws = Draws::new(source.seed());
+        let words = BatchWords::new(source.seed());
         let unfinished = ClearOnDrop(batch);
         let batch = &mut *unfinished.0;
         let storage = &buffer.storage;
+        let draw = Draw { storage, sampler: self };
         let window = self.check(storage)?;
         batch.follow_fields(&storage.fields);
         let Transforms { normalizers: Normalizers { observation, goal }, symmetry } =
@@ -132,119 +137,89 @@ impl Sampler {
         let as_stored = (storage as &dyn Any).downcast_ref().filter(|_| is_plain);
         let widths = Widths::of(self, &storage.layout, window, as_stored.is_some());
         let size = self.batch_size();
-        let Batch { scratch, judged, redraws, .. } = batch;
+        let Batch { scratch, workspace, .. } = batch;
         let columns = batch.columns.resize(size, &widths, columns)?;
         let scratch = scratch.resize(size, &widths, ScratchRows::default())?;
-        let mut rows = Rows { widths, first: 0, columns, scratch };
-        let memory = (&mut rows, judged, redraws);
-        match (as_stored, self.joined_goal().is_some()) {
-            (Some(storage), false) => {
-                self.fill::<T, T, F>(storage, reward, draws, AsStored::<false>, memory)?;
-            }
-            (Some(storage), true) => {
-                self.fill::<T, T, F>(storage, reward, draws, AsStored::<true>, memory)?;
-            }
-            (None, _) => match symmetry {
-                None => self.fill(storage, reward, draws, form, memory)?,
-                Some(symmetry) => {
-                    let form = Mirroring::new(form, symmetry, self.mirrored(), draws);
-                    self.fill(storage, reward, draws, form, memory)?;
+        let rows = &mut Rows { widths, first: 0, columns, scratch };
+        match (as_stored, symmetry) {
+            (Some(storage), _) => {
+                let draw = Draw::<T> { storage, sampler: self };
+                if self.joined_goal().is_some() {
+                    draw.fill(reward, words, AsStored::<true>, rows, workspace)?;
+                } else {
+                    draw.fill(reward, words, AsStored::<false>, rows, workspace)?;
                 }
-            },
+            }
+            (None, None) => draw.fill(reward, words, form, rows, workspace)?,
+            (None, Some(symmetry)) => {
+                let form = Mirroring::new(form, symmetry, self.mirrored(), words);
+                draw.fill(reward, words, form, rows, workspace)?;
+            }
         }
         batch.len = size;
         batch.separate_fields()?;
         std::mem::forget(unfinished);
         Ok(())
     }
+}
 
-    /// Draws rows and computes their outcomes.
-    fn fill<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
-        &self,
-        storage: &Storage<S>,
+impl<S: Scalar> Draw<'_, S> {
+    /// Draws all rows, in the form `form`.
+    fn fill<T: Scalar, F: GoalReward + ?Sized>(
+        self,
         reward: &F,
-        draws: Draws,
+        words: BatchWords,
         form: impl Form<S, T>,
-        (rows, judged, redraws): (&mut Rows<'_, T>, &mut Judged, &mut Redraws),
+        rows: &mut Rows<'_, T>,
+        workspace: &mut Workspace,
     ) -> Result<(), SampleError> {
-        let task = Task { storage, sampler: self };
-        let part = if self.parallel() && have_threads() { PART } else { usize::MAX };
-        let episodes = &storage.episodes;
-        let table = storage.priorities.as_ref().filter(|_| self.priorities().is_some());
-        let keeps_all = self.already_achieved() == UnitInterval::ONE;
-        let counts = match (table, keeps_all) {
-            (None, true) => {
+        let Storage { episodes, priorities, .. } = self.storage;
+        // One loop over the rows for each way to pick, instead of a choice in each row.
+        let counts = match priorities.as_ref().filter(|_| self.sampler.priorities().is_some()) {
+            None => {
                 let pick = |word| uniform(episodes, word);
-                task.gather_moved(draws, pick, form, rows, part)
+                self.gather_by(pick, reward, words, form, rows, workspace)?
             }
-            (Some(table), true) => {
+            Some(table) => {
                 let pick = |word| by_priority(table, episodes, word);
-                task.gather_moved(draws, pick, form, rows, part)
-            }
-            (None, false) => {
-                let pick = |word| uniform(episodes, word);
-                let words = redraws.choose(task, reward, draws, pick)?;
-                task.gather_moved(words, pick, form, rows, part)
-            }
-            (Some(table), false) => {
-                let pick = |word| by_priority(table, episodes, word);
-                let words = redraws.choose(task, reward, draws, pick)?;
-                task.gather_moved(words, pick, form, rows, part)
+                self.gather_by(pick, reward, words, form, rows, workspace)?
             }
         };
-        if let Some(beta) = self.priorities() {
-            outcome::weigh(beta, storage, rows, judged)?;
+        if let Some(beta) = self.sampler.priorities() {
+            outcome::weigh(beta, self.storage, rows, workspace)?;
         }
-        outcome::compute(task, reward, form, counts, rows, judged)
+        outcome::compute(self, reward, form, counts, rows, workspace)
     }
 
-    /// Checks the symmetry of a draw, and returns it if rows are mirrored.
-    fn check_symmetry<'a>(
-        &self,
-        symmetry: Option<&'a Symmetry>,
-        dims: Dims,
-    ) -> Result<Option<&'a Symmetry>, SampleError> {
-        if self.mirrored() == UnitInterval::ZERO {
-            return Ok(None);
+    /// Draws the goals of all rows, and copies these rows from the transitions that `pick` chooses.
+    fn gather_by<T: Scalar, F: GoalReward + ?Sized>(
+        self,
+        pick: impl Fn(u64) -> u64 + Copy + Sync,
+        reward: &F,
+        words: BatchWords,
+        form: impl Form<S, T>,
+        rows: &mut Rows<'_, T>,
+        workspace: &mut Workspace,
+    ) -> Result<Counts, SampleError> {
+        if self.sampler.already_achieved() == UnitInterval::ONE {
+            return Ok(self.gather_moved(pick, words, form, rows));
         }
-        let symmetry = symmetry.ok_or(SampleError::NoSymmetry)?;
-        let Symmetry { observation, goal, action } = symmetry;
-        let expected = [dims.observation, dims.goal, dims.action];
-        for (expected, actual) in expected.into_iter().zip([observation, goal, action]) {
-            if actual.len() != expected {
-                return Err(SampleError::SymmetryDim { expected, actual: actual.len() });
-            }
-        }
-        Ok(Some(symmetry))
+        let words = self.redraw(pick, reward, words, rows, workspace)?;
+        Ok(self.gather_moved(pick, words, form, rows))
     }
 
-    /// Checks that a batch can be drawn, and returns the maximal number of steps of its rows.
-    fn check<T: Scalar>(&self, storage: &Storage<T>) -> Result<usize, SampleError> {
-        if self.batch_size() == 0 {
-            return Err(SampleError::EmptyBatch);
+    /// Gathers all rows, and moves some of their new goals.
+    fn gather_moved<T: Scalar>(
+        self,
+        pick: impl Fn(u64) -> u64 + Copy + Sync,
+        words: impl Words,
+        form: impl Form<S, T>,
+        rows: &mut Rows<'_, T>,
+    ) -> Counts {
+        let counts = self.gather(pick, words, form, rows);
+        if let Some(noise) = self.sampler.goal_noise() {
+            self.move_goals(noise, words, form, counts, rows);
         }
-        if let Some(noise) = self.goal_noise().filter(|noise| !noise.is_valid()) {
-            return Err(SampleError::BadRadius { radius: noise.radius() });
-        }
-        if storage.episodes.live().is_empty() {
-            return Err(SampleError::NoFinishedEpisode);
-        }
-        if self.priorities().is_some() {
-            let table = storage.priorities.as_ref().ok_or(SampleError::NoPriorities)?;
-            if table.tree.total() == 0.0 {
-                return Err(SampleError::ZeroPriorities);
-            }
-        }
-        let Dims { observation, goal, action } = storage.layout.dims();
-        // Windows longer than the longest episode need no more memory.
-        let window = self.window().min(storage.episodes.longest() as usize);
-        let goals = goal.saturating_mul(window);
-        let input = observation.saturating_add(goal);
-        // A mirrored row has both goals.
-        let most =
-            input.saturating_add(goal).max(action).max(goals).max(storage.layout.fields().len());
-        // Reserving the memory finds out whether there is enough.
-        let elements = self.batch_size().checked_mul(most);
-        elements.map(|_| window).ok_or(SampleError::TooLarge)
+        counts
     }
 }

@@ -3,9 +3,9 @@
 
 use crate::normalize::difference;
 use crate::normalizer::Normalizer;
-use crate::sample::batch::Rows;
-use crate::sample::copy::{convert_short, put_part, put_start, put_thrice, put_wide};
-use crate::sample::sampler::SampleError;
+use crate::sample::error::SampleError;
+use crate::sample::rows::batch::Rows;
+use crate::sample::rows::copy::{convert_short, put_part, put_start, put_thrice, put_wide};
 use crate::scalar::Scalar;
 use crate::store::config::Dims;
 use crate::store::layout::Layout;

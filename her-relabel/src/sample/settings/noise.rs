@@ -1,18 +1,13 @@
-//! New goals moved by noise.
+//! Noise in new goals.
 
 use std::f64::consts::TAU;
 
 use libm::{cos, log1p, sin};
 use serde::{Deserialize, Serialize};
 
-use crate::sample::aim::Task;
-use crate::sample::batch::{Relabeled, Rows};
-use crate::sample::draws::{Draws, Purpose, Words};
-use crate::sample::form::{Form, State};
-use crate::sample::gather::Counts;
+use crate::sample::random::{BatchWords, Purpose, Words};
 use crate::scalar::Scalar;
 use crate::split_mix::unit;
-use crate::store::storage::Storage;
 use crate::unit_interval::UnitInterval;
 
 /// Noise in the goals of relabeled rows, for [`Sampler::with_goal_noise`](crate::Sampler).
@@ -61,7 +56,7 @@ impl GoalNoise {
         goal: &mut [f64],
     ) -> bool {
         // The words of a row belong to its other draws.
-        let words = Draws::new(words.word(row, Purpose::Strategy));
+        let words = BatchWords::new(words.word(row, Purpose::Strategy));
         let is_chosen = unit(words.word(0, Purpose::Transition)) < self.share.get();
         // A sum with zero could change the sign of one.
         if !is_chosen || self.radius == 0.0 {
@@ -85,59 +80,9 @@ impl GoalNoise {
 
 /// Returns element `index` of a vector of independent normal numbers, by the method of Box and
 /// Muller.
-fn normal(words: Draws, index: usize) -> f64 {
+fn normal(words: BatchWords, index: usize) -> f64 {
     let pair = index / 2 + 1;
     let length = (-2.0 * log1p(-unit(words.word(pair, Purpose::Transition)))).sqrt();
     let angle = TAU * unit(words.word(pair, Purpose::Goal));
     length * if index.is_multiple_of(2) { cos(angle) } else { sin(angle) }
-}
-
-impl<S: Scalar> Task<'_, S> {
-    /// Draws rows as [`gather_parts`](Self::gather_parts) does, and moves some of their goals.
-    pub(crate) fn gather_moved<T: Scalar>(
-        self,
-        words: impl Words,
-        pick: impl Fn(u64) -> u64 + Copy + Sync,
-        form: impl Form<S, T>,
-        rows: &mut Rows<'_, T>,
-        part: usize,
-    ) -> Counts {
-        let counts = self.gather_parts(words, pick, form, rows, part);
-        if let Some(noise) = self.sampler.goal_noise() {
-            self.move_goals(noise, words, form, counts, rows);
-        }
-        counts
-    }
-
-    /// Moves the goals of gathered rows, and writes these rows again.
-    fn move_goals<T: Scalar>(
-        self,
-        noise: GoalNoise,
-        words: impl Words,
-        form: impl Form<S, T>,
-        counts: Counts,
-        rows: &mut Rows<'_, T>,
-    ) {
-        let Storage { layout, tape, episodes, .. } = self.storage;
-        let goal_dim = layout.dims().goal;
-        // Taken out, because the rows change while the goals are read.
-        let desired_pairs = std::mem::take(&mut rows.scratch.desired_pairs);
-        let mut first = 0;
-        for at in 0..counts.rows {
-            let Relabeled { row, pairs, .. } = rows.scratch.relabeled[at];
-            let goals = &mut desired_pairs[first * goal_dim..][..pairs * goal_dim];
-            first += pairs;
-            let (goal, copies) = goals.split_at_mut(goal_dim);
-            let is_relabeled = rows.columns.goal_source[row].is_some();
-            if !is_relabeled || !noise.displace::<S>(words, row, goal) {
-                continue;
-            }
-            copies.chunks_exact_mut(goal_dim).for_each(|copy| copy.copy_from_slice(goal));
-            let transition = rows.columns.transition[row].number();
-            let before = episodes.of(transition).row(transition);
-            let state = |row| State { layout, row: tape.row(row) };
-            form.put_moved(rows, row, [state(before), state(before + pairs as u64)], goal);
-        }
-        rows.scratch.desired_pairs = desired_pairs;
-    }
 }

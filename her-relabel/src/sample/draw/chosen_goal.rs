@@ -1,8 +1,8 @@
-//! The input of a draw, and the goal of a drawn row.
+//! The input of a draw, and the goals that it chooses.
 
-use crate::sample::draws::{Purpose, Words};
-use crate::sample::goals::Goal;
-use crate::sample::sampler::Sampler;
+use crate::sample::random::{Purpose, Words};
+use crate::sample::settings::goals::Goal;
+use crate::sample::settings::sampler::Sampler;
 use crate::scalar::Scalar;
 use crate::split_mix::unit;
 use crate::store::episodes::Episode;
@@ -10,7 +10,7 @@ use crate::store::storage::Storage;
 
 /// The episode of a drawn transition, and the goal of its row.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Aim {
+pub(crate) struct ChosenGoal {
     pub(crate) episode: Episode,
     pub(crate) goal: Goal,
     pub(crate) is_relabeled: bool,
@@ -18,15 +18,15 @@ pub(crate) struct Aim {
 
 /// The input of a draw: the stored episodes and the settings.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Task<'a, S> {
+pub(crate) struct Draw<'a, S> {
     pub(crate) storage: &'a Storage<S>,
     pub(crate) sampler: &'a Sampler,
 }
 
-impl<S: Scalar> Task<'_, S> {
+impl<S: Scalar> Draw<'_, S> {
     /// Draws the goal of `transition` in the row `row` of the batch.
     #[inline(always)]
-    pub(crate) fn aim(self, words: impl Words, transition: u64, row: usize) -> Aim {
+    pub(crate) fn choose_goal(self, words: impl Words, transition: u64, row: usize) -> ChosenGoal {
         let (episodes, sampler) = (&self.storage.episodes, self.sampler);
         let episode = episodes.of(transition);
         let is_relabeled = unit(words.word(row, Purpose::Relabel)) < sampler.ratio().get();
@@ -36,6 +36,6 @@ impl<S: Scalar> Task<'_, S> {
             strategy.draw(transition, &episode, episodes, words.word(row, Purpose::Goal)),
         ];
         // No branch, because it would be unpredictable which rows are relabeled.
-        Aim { episode, goal: goals[usize::from(is_relabeled)], is_relabeled }
+        ChosenGoal { episode, goal: goals[usize::from(is_relabeled)], is_relabeled }
     }
 }

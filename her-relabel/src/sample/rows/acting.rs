@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
-use crate::sample::form::Formed;
-use crate::sample::inputs::{JoinedGoal, Normalizers};
+use crate::sample::rows::form::Formed;
+use crate::sample::settings::inputs::{JoinedGoal, Normalizers};
 use crate::scalar::Scalar;
 use crate::store::config::Dims;
 

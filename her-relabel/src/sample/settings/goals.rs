@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::sample::draws::{below, geometric, uniform};
+use crate::sample::random::{below, geometric, uniform};
 use crate::split_mix::unit;
 use crate::store::episodes::{Episode, Episodes};
 use crate::unit_interval::UnitInterval;

@@ -2,14 +2,15 @@
 
 use goal_reward::{GoalPairs, GoalReward};
 
-use crate::sample::aim::Task;
-use crate::sample::batch::{Judged, Relabeled, Rows};
-use crate::sample::copy::widen;
-use crate::sample::form::{Form, State};
-use crate::sample::gather::Counts;
-use crate::sample::memory::refill;
-use crate::sample::sampler::{SampleError, Sampler};
-use crate::sample::termination::Termination;
+use crate::sample::draw::chosen_goal::Draw;
+use crate::sample::draw::gather::Counts;
+use crate::sample::error::SampleError;
+use crate::sample::rows::batch::{Relabeled, Rows, Workspace};
+use crate::sample::rows::columns::refill;
+use crate::sample::rows::copy::widen;
+use crate::sample::rows::form::{Form, State};
+use crate::sample::settings::sampler::Sampler;
+use crate::sample::settings::termination::Termination;
 use crate::scalar::Scalar;
 use crate::store::episodes::Episodes;
 use crate::store::priorities::PriorityUnit;
@@ -19,12 +20,12 @@ use crate::unit_interval::UnitInterval;
 
 /// Computes everything in the gathered rows that depends on their goals.
 pub(crate) fn compute<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
-    Task { storage, sampler }: Task<'_, S>,
+    Draw { storage, sampler }: Draw<'_, S>,
     reward: &F,
     form: impl Form<S, T>,
     counts: Counts,
     rows: &mut Rows<'_, T>,
-    judged: &mut Judged,
+    workspace: &mut Workspace,
 ) -> Result<(), SampleError> {
     if counts.rows > 0 {
         let goal_dim = storage.layout.dims().goal;
@@ -33,16 +34,16 @@ pub(crate) fn compute<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
         let desired = &rows.scratch.desired_pairs[..elements];
         let pairs = GoalPairs::new(achieved, desired, goal_dim)?;
         // NaN and `false` reveal a reward function that leaves elements out.
-        refill(&mut judged.rewards, counts.pairs, f64::NAN)?;
-        reward.reward_batch(pairs, &mut judged.rewards)?;
+        refill(&mut workspace.rewards, counts.pairs, f64::NAN)?;
+        reward.reward_batch(pairs, &mut workspace.rewards)?;
         let termination = sampler.termination();
         if termination != Termination::Stored {
-            refill(&mut judged.terminated, counts.pairs, false)?;
-            reward.terminated_batch(pairs, &mut judged.terminated)?;
+            refill(&mut workspace.terminated, counts.pairs, false)?;
+            reward.terminated_batch(pairs, &mut workspace.terminated)?;
             let keeps_stored = termination == Termination::StoredOrRecomputed;
-            terminate(storage, form, counts, rows, &judged.terminated, keeps_stored);
+            terminate(storage, form, counts, rows, &workspace.terminated, keeps_stored);
         }
-        put_rewards(sampler, counts, rows, &judged.rewards)?;
+        put_rewards(sampler, counts, rows, &workspace.rewards)?;
     }
     if sampler.success() { judge(storage.layout.dims().goal, reward, rows) } else { Ok(()) }
 }
@@ -135,16 +136,16 @@ pub(crate) fn weigh<S: Scalar, T: Scalar>(
     beta: UnitInterval,
     storage: &Storage<S>,
     rows: &mut Rows<'_, T>,
-    judged: &mut Judged,
+    workspace: &mut Workspace,
 ) -> Result<(), SampleError> {
     let Some(table) = &storage.priorities else { return Ok(()) };
     let columns = &mut rows.columns;
-    refill(&mut judged.shares, columns.transition.len(), 0.0)?;
-    for (probability, id) in judged.shares.iter_mut().zip(&*columns.transition) {
+    refill(&mut workspace.shares, columns.transition.len(), 0.0)?;
+    for (probability, id) in workspace.shares.iter_mut().zip(&*columns.transition) {
         *probability = share(table, &storage.episodes, id.number());
     }
-    let least = judged.shares.iter().copied().fold(f64::INFINITY, f64::min);
-    for (weight, share) in columns.importance_weight.iter_mut().zip(&judged.shares) {
+    let least = workspace.shares.iter().copied().fold(f64::INFINITY, f64::min);
+    for (weight, share) in columns.importance_weight.iter_mut().zip(&workspace.shares) {
         // The least probable row has the highest weight, by which all are divided.
         *weight = T::from_f64((least / share).powf(beta.get()));
     }
