@@ -99,7 +99,7 @@ pub struct CollectorSnapshot<S> {
 pub struct Collected {
     /// The number of steps added to the buffer.
     pub recorded_steps: usize,
-    /// The number of episodes that ended, including still ones that the buffer left out.
+    /// The number of episodes that ended, including motionless ones that the buffer left out.
     pub finished_episodes: usize,
     /// The number of episodes discarded because their environment failed.
     pub discarded_episodes: usize,

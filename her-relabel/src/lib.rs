@@ -127,8 +127,8 @@ pub use scalar::Scalar;
 pub use store::buffer::HerBuffer;
 pub use store::config::{BufferConfig, ConfigError, Dims};
 pub use store::fields::{Field, UnknownField};
+pub use store::motionless::MotionlessEpisodes;
 pub use store::priorities::{NewPriority, Priorities, PriorityError, PriorityUnit};
-pub use store::still::StillEpisodes;
 pub use store::transition_id::TransitionId;
 pub use unit_interval::{UnitInterval, UnitIntervalError};
 

@@ -78,13 +78,13 @@ fn sampling_allocates_nothing_once_the_batch_has_its_size() -> Result {
         plain.with_priorities(UnitInterval::ONE),
         plain.with_joined_goal(JoinedGoal::Desired).with_discount(UnitInterval::ONE),
         plain.with_joined_goal(JoinedGoal::Relative),
-        plain.with_already_achieved(UnitInterval::new(0.2)?),
+        plain.with_keep_already_achieved(UnitInterval::new(0.2)?),
         plain.with_mirrored(half).with_success(true),
         plain.with_goal_noise(GoalNoise::new(0.04, half)),
         plain
             .with_mirrored(half)
             .with_goal_noise(GoalNoise::new(0.04, half))
-            .with_already_achieved(half)
+            .with_keep_already_achieved(half)
             .with_joined_goal(JoinedGoal::Relative),
     ] {
         let transforms = Transforms { symmetry: Some(&symmetry), ..Transforms::default() };

@@ -2,7 +2,7 @@
 
 use arbitrary::Arbitrary;
 use her_relabel::{
-    BufferConfig, HerBuffer, NewPriority, Priorities, PriorityUnit, Scalar, StillEpisodes,
+    BufferConfig, HerBuffer, MotionlessEpisodes, NewPriority, Priorities, PriorityUnit, Scalar,
     UnitInterval,
 };
 
@@ -16,7 +16,7 @@ pub fn template<T: Scalar>() -> HerBuffer<T> {
         .with_priorities(
             Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(0.5)),
         )
-        .with_still_episodes(StillEpisodes::new(0.5, UnitInterval::ZERO));
+        .with_motionless_episodes(MotionlessEpisodes::new(0.5, UnitInterval::ZERO));
     let mut buffer = HerBuffer::new(config).expect("a buffer");
     for number in [1, 2, 3] {
         add_whole(&mut buffer, number, 3);

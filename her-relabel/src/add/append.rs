@@ -9,7 +9,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// process has filled, for example. The oldest transitions make room, as for any other episode.
     ///
     /// The copies get the priority of new transitions. The other buffer has already decided which
-    /// [still episodes](crate::StillEpisodes) to keep, so all of its episodes are added.
+    /// [motionless episodes](crate::MotionlessEpisodes) to keep, so all of its episodes are added.
     ///
     /// # Errors
     /// [`AddError::OtherTask`] if both buffers describe their task, and not the same one,

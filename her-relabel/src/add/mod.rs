@@ -5,6 +5,6 @@ pub(crate) mod arguments;
 pub(crate) mod check;
 mod order;
 pub(crate) mod record;
-pub(crate) mod recorder;
 mod resume;
 pub(crate) mod steps;
+pub(crate) mod unfinished;

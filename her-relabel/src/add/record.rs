@@ -20,7 +20,7 @@ pub struct Recorded {
     /// has discarded the beginning of their episode.
     pub skipped_steps: usize,
     /// The number of episodes that ended with at least one step. They can now be sampled, except
-    /// [still ones](crate::StillEpisodes) that the buffer does not keep.
+    /// [motionless ones](crate::MotionlessEpisodes) that the buffer does not keep.
     pub finished_episodes: usize,
     /// The number of unfinished episodes that were discarded, because their environment failed or
     /// the buffer cannot store one of their steps.

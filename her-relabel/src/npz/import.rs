@@ -18,7 +18,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// Adds all episodes of an archive of numpy arrays, in their order, and returns their number.
     /// The archive has the form that [`export_npz`](Self::export_npz) writes, compressed or not,
     /// and contains all fields of this buffer. Other arrays are ignored. Episodes that the buffer
-    /// leaves out as [still](crate::StillEpisodes) are counted too.
+    /// leaves out as [motionless](crate::MotionlessEpisodes) are counted too.
     ///
     /// An import takes no more memory than the file and this buffer's capacity, whatever sizes the
     /// archive claims. The file is a regular one of at most 64 GiB.
@@ -45,7 +45,7 @@ impl<T: Scalar> HerBuffer<T> {
         let config = self.config.clone().with_num_envs(1).with_priorities(None);
         // It cannot fail, because this buffer has the same sizes.
         let Ok(mut staged) = Self::new(config) else { return Ok(0) };
-        // It leaves out the still episodes that this buffer would leave out.
+        // It leaves out the motionless episodes that this buffer would leave out.
         staged.storage.ended = self.storage.ended;
         let count = read(&mut staged)?;
         let mut rows = Vec::new();

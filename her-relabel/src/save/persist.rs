@@ -7,8 +7,8 @@
 //!    which has a description of the task, its length in bytes and the description;
 //! 4. 0 without priorities, 1 or 2 for priorities of transitions or of episodes, and the new
 //!    priority (a double, negative for the highest);
-//! 5. for still episodes the distance (a double, negative if all episodes are kept), the kept share
-//!    (a double) and the seed, and the number of episodes that have ended;
+//! 5. for motionless episodes the distance (a double, negative if all episodes are kept), the kept
+//!    share (a double) and the seed, and the number of episodes that have ended;
 //! 6. first and next live transition, first and next kept episode;
 //! 7. a record of each episode;
 //! 8. the rows of the live states;
@@ -29,9 +29,9 @@ use crate::store::config::{BufferConfig, Dims, MAX_TASK};
 use crate::store::episodes::Episodes;
 use crate::store::fields::{Field, Fields, MAX_NAME};
 use crate::store::layout::Layout;
+use crate::store::motionless::MotionlessEpisodes;
 use crate::store::priorities::{NewPriority, Priorities, PriorityUnit, is_priority};
 use crate::store::priority_table::PriorityTable;
-use crate::store::still::StillEpisodes;
 use crate::store::storage::{Storage, Unfinished};
 use crate::store::sum_tree::SumTree;
 use crate::store::tape::Tape;
@@ -42,7 +42,7 @@ const MAGIC: [u8; 8] = *b"HERBUF\r\n";
 /// The code of [`NewPriority::Highest`].
 const HIGHEST: f64 = -1.0;
 
-/// The distance that says that all still episodes are kept.
+/// The distance that says that all motionless episodes are kept.
 const ALL_KEPT: f64 = -1.0;
 
 /// The number of rows of an unfinished episode that was discarded.
@@ -86,7 +86,7 @@ impl<T: Scalar> HerBuffer<T> {
     /// # Errors
     /// Errors of the writer.
     pub fn write_to(&self, writer: impl Write) -> io::Result<()> {
-        let Storage { layout, episodes, tape, still, ended, .. } = &self.storage;
+        let Storage { layout, episodes, tape, motionless, ended, .. } = &self.storage;
         let config = &self.config;
         let mut target = Target::new(writer);
         target.bytes(&MAGIC)?;
@@ -107,7 +107,7 @@ impl<T: Scalar> HerBuffer<T> {
             target.bytes(task.as_bytes())?;
         }
         target.numbers(priorities_code(config.priorities()))?;
-        target.numbers(still_code(*still))?;
+        target.numbers(motionless_code(*motionless))?;
         target.number(*ended)?;
         let (live, kept) = (episodes.live(), episodes.numbers());
         target.numbers([live.start, live.end, kept.start, kept.end])?;
@@ -186,9 +186,9 @@ impl<T: Scalar> HerBuffer<T> {
             None => None,
         };
         source.finish()?;
-        let still = config.still_episodes();
+        let motionless = config.motionless_episodes();
         let storage =
-            Storage { layout, fields, capacity, episodes, tape, priorities, still, ended };
+            Storage { layout, fields, capacity, episodes, tape, priorities, motionless, ended };
         let has_row = vec![false; config.num_envs()];
         Ok(Self { config, storage, unfinished, has_row, whole: Unfinished::default() })
     }
@@ -223,9 +223,9 @@ fn read_config<R: Read>(source: &mut Source<R>, has_task: bool) -> Result<Buffer
     config = config.with_priorities(unit.map(|unit| Priorities::new(unit).with_new_priority(new)));
     let distance = f64::from_bits(source.number()?);
     let kept = UnitInterval::new(f64::from_bits(source.number()?));
-    let still = StillEpisodes::new(distance, kept.map_err(|_| LoadError::Damaged)?)
+    let motionless = MotionlessEpisodes::new(distance, kept.map_err(|_| LoadError::Damaged)?)
         .with_seed(source.number()?);
-    config = config.with_still_episodes((distance != ALL_KEPT).then_some(still));
+    config = config.with_motionless_episodes((distance != ALL_KEPT).then_some(motionless));
     config.check()?;
     Ok(config)
 }
@@ -244,10 +244,10 @@ fn priorities_code(priorities: Option<Priorities>) -> [u64; 2] {
     [unit, new.to_bits()]
 }
 
-/// Returns the code of the settings of still episodes: the distance, the kept share and the seed.
-fn still_code(still: Option<StillEpisodes>) -> [u64; 3] {
-    let Some(still) = still else { return [ALL_KEPT.to_bits(), 0, 0] };
-    [still.max_distance().to_bits(), still.kept().get().to_bits(), still.seed()]
+/// Returns the code of the settings of motionless episodes: distance, kept share and seed.
+fn motionless_code(motionless: Option<MotionlessEpisodes>) -> [u64; 3] {
+    let Some(motionless) = motionless else { return [ALL_KEPT.to_bits(), 0, 0] };
+    [motionless.max_distance().to_bits(), motionless.kept().get().to_bits(), motionless.seed()]
 }
 
 fn read_priorities<R: Read>(

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::store::fields::{Field, MAX_NAME};
+use crate::store::motionless::MotionlessEpisodes;
 use crate::store::priorities::{NewPriority, Priorities, is_priority};
-use crate::store::still::StillEpisodes;
 
 /// The lengths of a task's vectors, in elements; each at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -38,7 +38,7 @@ pub struct BufferConfig {
     num_envs: usize,
     fields: Vec<Field>,
     priorities: Option<Priorities>,
-    still_episodes: Option<StillEpisodes>,
+    motionless_episodes: Option<MotionlessEpisodes>,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     task: String,
 }
@@ -57,7 +57,7 @@ impl BufferConfig {
             num_envs: 1,
             fields: Vec::new(),
             priorities: None,
-            still_episodes: None,
+            motionless_episodes: None,
             task: String::new(),
         }
     }
@@ -78,11 +78,14 @@ impl BufferConfig {
         self
     }
 
-    /// Sets the share of still episodes that is kept. The default is `None`: all are kept, because
-    /// leaving some out is a bias.
+    /// Sets the share of motionless episodes that is kept. The default is `None`: all are kept,
+    /// because leaving some out is a bias.
     #[must_use]
-    pub fn with_still_episodes(mut self, still_episodes: impl Into<Option<StillEpisodes>>) -> Self {
-        self.still_episodes = still_episodes.into();
+    pub fn with_motionless_episodes(
+        mut self,
+        motionless_episodes: impl Into<Option<MotionlessEpisodes>>,
+    ) -> Self {
+        self.motionless_episodes = motionless_episodes.into();
         self
     }
 
@@ -116,8 +119,8 @@ impl BufferConfig {
         num_envs: usize;
         /// Returns the priorities to sample by.
         priorities: Option<Priorities>;
-        /// Returns the share of still episodes that is kept.
-        still_episodes: Option<StillEpisodes>;
+        /// Returns the share of motionless episodes that is kept.
+        motionless_episodes: Option<MotionlessEpisodes>;
     }
 
     /// Returns the additional fields of every transition.
@@ -150,8 +153,10 @@ impl BufferConfig {
                 return Err(ConfigError::FieldName { name: name.clone() });
             }
         }
-        if let Some(still) = self.still_episodes.filter(|still| !still.is_valid()) {
-            return Err(ConfigError::BadDistance { distance: still.max_distance() });
+        if let Some(motionless) =
+            self.motionless_episodes.filter(|motionless| !motionless.is_valid())
+        {
+            return Err(ConfigError::BadDistance { distance: motionless.max_distance() });
         }
         match self.priorities.map(|settings| settings.new_priority()) {
             Some(NewPriority::Given(priority)) if !is_priority(priority) => {
@@ -193,8 +198,8 @@ pub enum ConfigError {
         /// The priority.
         priority: f64,
     },
-    /// The distance of still episodes is negative, NaN or infinite.
-    #[error("the distance of still episodes is {distance}: use a finite number, at least 0")]
+    /// The distance of motionless episodes is negative, NaN or infinite.
+    #[error("the distance of motionless episodes is {distance}: use a finite number, at least 0")]
     BadDistance {
         /// The distance.
         distance: f64,

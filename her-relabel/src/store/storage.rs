@@ -6,8 +6,8 @@ use crate::store::config::{BufferConfig, ConfigError};
 use crate::store::episodes::{Ending, Episode, Episodes};
 use crate::store::fields::Fields;
 use crate::store::layout::Layout;
+use crate::store::motionless::MotionlessEpisodes;
 use crate::store::priority_table::PriorityTable;
-use crate::store::still::StillEpisodes;
 use crate::store::tape::Tape;
 
 /// The newest `capacity` transitions of finished episodes.
@@ -19,7 +19,7 @@ pub(crate) struct Storage<T> {
     pub(crate) episodes: Episodes,
     pub(crate) tape: Tape<T>,
     pub(crate) priorities: Option<PriorityTable>,
-    pub(crate) still: Option<StillEpisodes>,
+    pub(crate) motionless: Option<MotionlessEpisodes>,
     /// The number of episodes that have ended, if it decides whether they are kept.
     pub(crate) ended: u64,
 }
@@ -35,25 +35,25 @@ impl<T: Scalar> Storage<T> {
             episodes: Episodes::new(0, 0),
             tape: Tape::new(layout.row(), config.capacity(), 0),
             priorities: config.priorities().map(PriorityTable::new),
-            still: config.still_episodes(),
+            motionless: config.motionless_episodes(),
             ended: 0,
         })
     }
 
     /// Adds the rows of an episode of 1 to `capacity` transitions, and drops the oldest ones that
-    /// no longer fit. A still episode may be left out.
+    /// no longer fit. A motionless episode may be left out.
     pub(crate) fn push_episode(&mut self, rows: &[T], ending: Ending) {
-        if let Some(still) = &self.still {
+        if let Some(motionless) = &self.motionless {
             let number = self.ended;
             self.ended = number.wrapping_add(1);
-            if !keeps(still, number, &self.layout, rows) {
+            if !keeps(motionless, number, &self.layout, rows) {
                 return;
             }
         }
         self.store_episode(rows, ending);
     }
 
-    /// Adds an episode as [`push_episode`](Self::push_episode) does, even if it is still.
+    /// Adds an episode as [`push_episode`](Self::push_episode) does, even if it is motionless.
     pub(crate) fn store_episode(&mut self, rows: &[T], ending: Ending) {
         let steps = (rows.len() / self.layout.row() - 1) as u64;
         let kept = self.capacity as u64 - steps;
@@ -92,14 +92,19 @@ impl<T: Scalar> Storage<T> {
 }
 
 /// Returns whether the episode of this number, with these rows, is kept.
-fn keeps<T: Scalar>(still: &StillEpisodes, number: u64, layout: &Layout, rows: &[T]) -> bool {
+fn keeps<T: Scalar>(
+    motionless: &MotionlessEpisodes,
+    number: u64,
+    layout: &Layout,
+    rows: &[T],
+) -> bool {
     let first = &rows[layout.achieved_goal()];
     let is_near = |row: &[T]| {
         let pairs = row[layout.achieved_goal()].iter().zip(first);
         let squares = pairs.map(|(goal, first)| (goal.to_f64() - first.to_f64()).powi(2));
-        squares.sum::<f64>().sqrt() <= still.max_distance()
+        squares.sum::<f64>().sqrt() <= motionless.max_distance()
     };
-    unit(word_at(still.seed(), number)) < still.kept().get()
+    unit(word_at(motionless.seed(), number)) < motionless.kept().get()
         || !rows.chunks_exact(layout.row()).all(is_near)
 }
 

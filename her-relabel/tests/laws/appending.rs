@@ -1,7 +1,7 @@
 //! Episodes of another buffer.
 
 use crate::common::{DIMS, Result, add, begin, buffer, step};
-use her_relabel::{AddError, BufferConfig, Dims, HerBuffer, StillEpisodes, UnitInterval};
+use her_relabel::{AddError, BufferConfig, Dims, HerBuffer, MotionlessEpisodes, UnitInterval};
 use proptest::prelude::*;
 
 fn saved(buffer: &HerBuffer<f64>) -> Vec<u8> {
@@ -64,9 +64,9 @@ fn unfinished_episodes_stay_where_they_are() -> Result {
 
 /// The other buffer has already decided, so a share of a share is never kept.
 #[test]
-fn still_episodes_that_the_other_buffer_keeps_are_added() -> Result {
-    let none = StillEpisodes::new(1e9, UnitInterval::ZERO);
-    let mut strict = HerBuffer::new(BufferConfig::new(20, DIMS).with_still_episodes(none))?;
+fn motionless_episodes_that_the_other_buffer_keeps_are_added() -> Result {
+    let none = MotionlessEpisodes::new(1e9, UnitInterval::ZERO);
+    let mut strict = HerBuffer::new(BufferConfig::new(20, DIMS).with_motionless_episodes(none))?;
     add(&mut strict, 1, 3, (false, true));
     assert!(strict.is_empty());
     let mut other = buffer(20);

@@ -141,7 +141,7 @@ fn a_moved_goal_is_near_its_source_and_decides_the_outcome() -> Result {
     let relabel_all = Sampler::new(ROWS, GoalStrategy::Future, UnitInterval::ONE);
     for sampler in samplers()?.into_iter().chain([relabel_all.with_success(true)]) {
         // Drawing again depends on moved goals.
-        let sampler = sampler.with_already_achieved(UnitInterval::ONE);
+        let sampler = sampler.with_keep_already_achieved(UnitInterval::ONE);
         let (straight, changed) =
             (plain(&sampler, 3)?, plain(&sampler.with_goal_noise(noise(half())), 3)?);
         assert_eq!(straight.transition(), changed.transition());
@@ -268,7 +268,7 @@ fn rows_are_drawn_again_by_their_moved_goals() -> Result {
     };
     // A row is always kept after three rejections.
     let rejected = share_achieved(&sampler)?;
-    let left = share_achieved(&sampler.with_already_achieved(UnitInterval::ZERO))?;
+    let left = share_achieved(&sampler.with_keep_already_achieved(UnitInterval::ZERO))?;
     assert!(rejected > 0.2 && (left - rejected.powi(4)).abs() < 0.01, "{rejected} {left}");
     Ok(())
 }

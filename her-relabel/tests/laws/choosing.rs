@@ -1,5 +1,5 @@
 //! The options that leave something out have the documented probabilities: rows whose goal was
-//! already achieved, and still episodes.
+//! already achieved, and motionless episodes.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use crate::common::{DIMS, Result, Telling, assert_distribution, draw};
 use goal_reward::GoalReward;
 use her_relabel::{
-    Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, LoadError, Priorities,
-    PriorityUnit, Sampler, StepData, StillEpisodes, TransitionId, UnitInterval,
+    Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, LoadError,
+    MotionlessEpisodes, Priorities, PriorityUnit, Sampler, StepData, TransitionId, UnitInterval,
 };
 
 /// The goals achieved in the states of the episode: the object moves twice.
@@ -82,7 +82,8 @@ fn achieved_goals_are_drawn_with_the_documented_probability() -> Result {
     buffer.set_priorities(&ids, &weights)?;
     for (kept, by_priority) in [(0.2, false), (0.0, false), (0.7, true), (1.0, true)] {
         let beta = by_priority.then_some(UnitInterval::ONE);
-        let sampler = plain.with_already_achieved(UnitInterval::new(kept)?).with_priorities(beta);
+        let sampler =
+            plain.with_keep_already_achieved(UnitInterval::new(kept)?).with_priorities(beta);
         // The probability of each row without the option, and whether its goal was achieved before
         // the step.
         let mut rows = Vec::new();
@@ -129,9 +130,9 @@ fn the_option_off_changes_no_batch_and_bounded_work_ends() -> Result {
     let sampler = Sampler::new(300, GoalStrategy::Future, UnitInterval::from_k(4));
     let (mut batch, mut off) = (Batch::<f64>::new(), Batch::<f64>::new());
     sampler.sample(&buffer, &AtLeast, 1, &mut batch)?;
-    sampler.with_already_achieved(UnitInterval::ONE).sample(&buffer, &AtLeast, 1, &mut off)?;
+    sampler.with_keep_already_achieved(UnitInterval::ONE).sample(&buffer, &AtLeast, 1, &mut off)?;
     assert_eq!(batch, off);
-    let none = sampler.with_already_achieved(UnitInterval::ZERO);
+    let none = sampler.with_keep_already_achieved(UnitInterval::ZERO);
     none.sample(&buffer, &AtLeast, 1, &mut off)?;
     assert_eq!(off.len(), 300);
     assert_ne!(batch, off, "the fourth draws");
@@ -155,7 +156,7 @@ fn rows_are_drawn_four_times_at_most() -> Result {
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(100, DIMS))?;
     add(&mut buffer, &GOALS)?;
     let sampler = Sampler::new(50, GoalStrategy::Future, UnitInterval::from_k(4))
-        .with_already_achieved(UnitInterval::ZERO);
+        .with_keep_already_achieved(UnitInterval::ZERO);
     let counted = Counted(AtomicU32::new(0));
     sampler.sample(&buffer, &counted, 1, &mut Batch::<f64>::new())?;
     // The fourth draw is taken whatever its goal.
@@ -168,7 +169,7 @@ fn batches_whose_rows_are_drawn_again_are_pinned() -> Result {
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(100, DIMS))?;
     add(&mut buffer, &GOALS)?;
     let sampler = Sampler::new(12, GoalStrategy::Future, UnitInterval::from_k(4))
-        .with_already_achieved(UnitInterval::new(0.25)?);
+        .with_keep_already_achieved(UnitInterval::new(0.25)?);
     let mut batch = Batch::<f64>::new();
     sampler.sample(&buffer, &AtLeast, 7, &mut batch)?;
     let first = buffer.transition_ids().ok_or("empty")?.0.get();
@@ -200,7 +201,7 @@ fn any_number_of_threads_leaves_out_the_same_rows() -> Result {
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(100, DIMS))?;
     (0..5).try_for_each(|_| add(&mut buffer, &GOALS))?;
     let sampler = Sampler::new(3000, GoalStrategy::Random, UnitInterval::from_k(4))
-        .with_already_achieved(UnitInterval::new(0.1)?);
+        .with_keep_already_achieved(UnitInterval::new(0.1)?);
     let (mut alone, mut together) = (Batch::<f64>::new(), Batch::<f64>::new());
     sampler.sample(&buffer, &AtLeast, 5, &mut alone)?;
     for threads in 1..=3 {
@@ -211,9 +212,9 @@ fn any_number_of_threads_leaves_out_the_same_rows() -> Result {
     Ok(())
 }
 
-fn still_buffer(kept: f64, seed: u64) -> Result<HerBuffer<f64>> {
-    let still = StillEpisodes::new(0.5, UnitInterval::new(kept)?).with_seed(seed);
-    Ok(HerBuffer::new(BufferConfig::new(100_000, DIMS).with_still_episodes(still))?)
+fn motionless_buffer(kept: f64, seed: u64) -> Result<HerBuffer<f64>> {
+    let motionless = MotionlessEpisodes::new(0.5, UnitInterval::new(kept)?).with_seed(seed);
+    Ok(HerBuffer::new(BufferConfig::new(100_000, DIMS).with_motionless_episodes(motionless))?)
 }
 
 /// The numbers of the kept episodes, which are their first goals.
@@ -239,28 +240,32 @@ fn add_numbered(buffer: &mut HerBuffer<f64>, number: u32) -> Result {
 }
 
 #[test]
-fn the_documented_share_of_still_episodes_is_kept() -> Result {
+fn the_documented_share_of_motionless_episodes_is_kept() -> Result {
     let total = 4000;
     let mut by_seed = Vec::new();
     for (share, seed) in [(0.1, 0), (0.1, 1), (0.5, 0), (0.0, 0), (1.0, 0)] {
-        let mut buffer = still_buffer(share, seed)?;
+        let mut buffer = motionless_buffer(share, seed)?;
         (0..total).try_for_each(|number| add_numbered(&mut buffer, number))?;
         let kept = kept(&buffer)?;
-        let (moving, still): (Vec<u32>, Vec<u32>) =
+        let (moving, motionless): (Vec<u32>, Vec<u32>) =
             kept.iter().partition(|number| **number % 4 == 0);
         assert_eq!(moving.len(), total as usize / 4, "an episode that moves is always kept");
         let all = f64::from(total) * 0.75;
         let deviation = (all * share * (1.0 - share)).sqrt();
-        assert!((still.len() as f64 - all * share).abs() <= 5.0 * deviation, "{}", still.len());
-        by_seed.push(still);
+        assert!(
+            (motionless.len() as f64 - all * share).abs() <= 5.0 * deviation,
+            "{}",
+            motionless.len()
+        );
+        by_seed.push(motionless);
     }
     assert_ne!(by_seed[0], by_seed[1]);
     Ok(())
 }
 
 #[test]
-fn a_loaded_buffer_keeps_the_still_episodes_that_the_saved_one_would() -> Result {
-    let mut never_saved = still_buffer(0.3, 7)?;
+fn a_loaded_buffer_keeps_the_motionless_episodes_that_the_saved_one_would() -> Result {
+    let mut never_saved = motionless_buffer(0.3, 7)?;
     let mut saved = never_saved.clone();
     for number in 0..200 {
         add_numbered(&mut never_saved, number)?;
@@ -272,7 +277,7 @@ fn a_loaded_buffer_keeps_the_still_episodes_that_the_saved_one_would() -> Result
     }
     assert_eq!(kept(&saved)?, kept(&never_saved)?);
     // An episode of steps is judged as a whole one is.
-    let mut by_steps = still_buffer(0.3, 7)?;
+    let mut by_steps = motionless_buffer(0.3, 7)?;
     for number in 0..200_u32 {
         let start = f64::from(number);
         let farthest = [0.75, 0.0, 0.5, 0.25][number as usize % 4];
@@ -307,7 +312,7 @@ fn a_loaded_buffer_keeps_the_still_episodes_that_the_saved_one_would() -> Result
 #[test]
 fn a_file_with_a_share_above_one_is_damaged() -> Result {
     let mut bytes = Vec::new();
-    still_buffer(0.5, 0)?.write_to(&mut bytes)?;
+    motionless_buffer(0.5, 0)?.write_to(&mut bytes)?;
     let at = bytes.windows(8).position(|word| word == 0.5_f64.to_le_bytes());
     let share = at.ok_or("no distance")? + 8;
     bytes[share..share + 8].copy_from_slice(&1.5_f64.to_le_bytes());
@@ -319,12 +324,13 @@ fn a_file_with_a_share_above_one_is_damaged() -> Result {
 #[test]
 fn a_distance_that_is_none_is_refused() -> Result {
     for distance in [-0.1, f64::NAN, f64::INFINITY] {
-        let still = StillEpisodes::new(distance, UnitInterval::ONE);
-        let refused = HerBuffer::<f32>::new(BufferConfig::new(9, DIMS).with_still_episodes(still));
+        let motionless = MotionlessEpisodes::new(distance, UnitInterval::ONE);
+        let refused =
+            HerBuffer::<f32>::new(BufferConfig::new(9, DIMS).with_motionless_episodes(motionless));
         assert!(matches!(refused, Err(ConfigError::BadDistance { .. })));
     }
     let config = BufferConfig::new(9, DIMS)
-        .with_still_episodes(StillEpisodes::new(0.01, UnitInterval::new(0.1)?));
+        .with_motionless_episodes(MotionlessEpisodes::new(0.01, UnitInterval::new(0.1)?));
     let text = serde_json::to_string(&config)?;
     assert_eq!(serde_json::from_str::<BufferConfig>(&text)?, config);
     // A batch of plain settings is as it was.

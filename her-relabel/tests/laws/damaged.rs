@@ -53,7 +53,7 @@ pub(crate) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 }
 
 /// The places of the numbers in [`small`]'s file that are not elements: the sizes, the field, and
-/// after it the settings of priorities and of still episodes, and at the end the priorities.
+/// after it the settings of priorities and of motionless episodes, and at the end the priorities.
 fn numbers(bytes: &[u8]) -> Vec<usize> {
     let field = 16 + 6 * 8;
     let after_name = field + 8 + "value".len();

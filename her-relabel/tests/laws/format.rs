@@ -6,8 +6,9 @@ use crate::common::{DIMS, Result, Telling, begin, buffer, step};
 use crate::damaged::sealed;
 use crate::saving::{load, saved};
 use her_relabel::{
-    Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, LoadError, NStep,
-    Priorities, PriorityUnit, Sampler, StartData, StepData, StillEpisodes, UnitInterval,
+    Batch, BufferConfig, ConfigError, EpisodeData, GoalStrategy, HerBuffer, LoadError,
+    MotionlessEpisodes, NStep, Priorities, PriorityUnit, Sampler, StartData, StepData,
+    UnitInterval,
 };
 
 /// A buffer with all that a file can hold: fields, priorities, a ring that has wrapped, and an
@@ -60,15 +61,20 @@ fn everything(config: BufferConfig) -> Result<HerBuffer<f32>> {
 #[test]
 fn files_are_read_and_written_byte_by_byte() -> Result {
     let config = BufferConfig::new(8, DIMS);
-    let still = StillEpisodes::new(0.125, UnitInterval::new(0.75)?).with_seed(5);
+    let motionless = MotionlessEpisodes::new(0.125, UnitInterval::new(0.75)?).with_seed(5);
     for (config, file) in [
         (config.clone(), &include_bytes!("all_episodes.her")[..]),
-        (config.with_still_episodes(still), include_bytes!("still_episodes.her")),
+        (config.with_motionless_episodes(motionless), include_bytes!("motionless_episodes.her")),
     ] {
         let buffer = everything(config)?;
         let mut written = Vec::new();
         buffer.write_to(&mut written)?;
-        assert_eq!(written, file, "{still:?}", still = buffer.config().still_episodes());
+        assert_eq!(
+            written,
+            file,
+            "{motionless:?}",
+            motionless = buffer.config().motionless_episodes()
+        );
         let loaded = HerBuffer::<f32>::read_from(file)?;
         assert_eq!(loaded.config(), buffer.config());
         assert_eq!(loaded.transition_ids(), buffer.transition_ids());

@@ -85,8 +85,10 @@ pub(crate) fn samplers() -> Result<Vec<Sampler>> {
         plain.with_goals(mixture).with_success(true),
         windows,
         windows.with_parallel(true).with_goals(mixture),
-        plain.with_already_achieved(UnitInterval::new(0.2)?).with_priorities(UnitInterval::ONE),
-        windows.with_already_achieved(UnitInterval::ZERO).with_parallel(true),
+        plain
+            .with_keep_already_achieved(UnitInterval::new(0.2)?)
+            .with_priorities(UnitInterval::ONE),
+        windows.with_keep_already_achieved(UnitInterval::ZERO).with_parallel(true),
     ])
 }
 

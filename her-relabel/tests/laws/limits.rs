@@ -34,7 +34,7 @@ fn a_batch_that_no_memory_holds_is_an_error_and_the_buffer_goes_on() -> Result {
         for sampler in [
             too_large,
             too_large.with_priorities(UnitInterval::ONE),
-            too_large.with_already_achieved(UnitInterval::ZERO),
+            too_large.with_keep_already_achieved(UnitInterval::ZERO),
             too_large.with_n_step(steps(usize::MAX)),
         ] {
             sampler.with_batch_size(4).sample(&buffer, &Telling, 1, &mut batch)?;

@@ -177,7 +177,7 @@ fn settings_keep_their_serialized_names() -> Result {
     let text = concat!(
         r#"{"capacity":400,"dims":{"observation":2,"goal":3,"action":1},"num_envs":2,"#,
         r#""fields":[{"name":"value","len":1}],"#,
-        r#""priorities":{"unit":"episode","new_priority":"highest"},"still_episodes":null}"#
+        r#""priorities":{"unit":"episode","new_priority":"highest"},"motionless_episodes":null}"#
     );
     assert_eq!(serde_json::to_string(&config)?, text);
     assert_eq!(serde_json::from_str::<BufferConfig>(text)?, config);
@@ -189,7 +189,7 @@ fn settings_keep_their_serialized_names() -> Result {
     let text = concat!(
         r#"{"batch_size":9,"goals":[{"strategy":"future","weight":1.0}],"ratio":0.5,"#,
         r#""termination":"stored","success":false,"n_step":{"steps":1,"gamma":1.0},"#,
-        r#""priorities":0.0,"parallel":false,"joined_goal":null,"already_achieved":1.0,"#,
+        r#""priorities":0.0,"parallel":false,"joined_goal":null,"keep_already_achieved":1.0,"#,
         r#""recomputed_rewards":false,"#,
         r#""mirrored":0.0,"goal_noise":{"radius":0.04,"share":1.0}}"#
     );

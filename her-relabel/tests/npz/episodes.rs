@@ -1,7 +1,8 @@
 //! Imported episodes are the exported ones.
 
 use her_relabel::{
-    EpisodeData, HerBuffer, Priorities, PriorityUnit, StillEpisodes, TransitionId, UnitInterval,
+    EpisodeData, HerBuffer, MotionlessEpisodes, Priorities, PriorityUnit, TransitionId,
+    UnitInterval,
 };
 
 use crate::common::{Result, add, config, drawn, exported, filled};
@@ -42,15 +43,15 @@ fn episodes_are_added_to_what_is_there_and_the_newest_are_kept() -> Result {
 }
 
 #[test]
-fn still_episodes_are_left_out_as_if_they_were_added_one_by_one() -> Result {
-    // The first three move far. If the still ones after them were stored first, and left out only
-    // then, they would push those out.
+fn motionless_episodes_are_left_out_as_if_they_were_added_one_by_one() -> Result {
+    // The first three move far. If the motionless ones after them were stored first, and left out
+    // only then, they would push those out.
     let episodes = [5, 6, 7, 0, 1, 2, 3, 0, 1, 2, 3];
     let mut all = HerBuffer::<f64>::new(config(1000))?;
     episodes.iter().for_each(|episode| add(&mut all, *episode));
     for kept in [0.0, 0.5] {
-        let still = StillEpisodes::new(0.3, UnitInterval::new(kept)?).with_seed(3);
-        let config = config(25).with_still_episodes(Some(still));
+        let motionless = MotionlessEpisodes::new(0.3, UnitInterval::new(kept)?).with_seed(3);
+        let config = config(25).with_motionless_episodes(Some(motionless));
         let mut imported = HerBuffer::<f64>::new(config.clone())?;
         let mut added = HerBuffer::<f64>::new(config)?;
         for _ in 0..3 {

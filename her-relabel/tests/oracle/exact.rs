@@ -76,7 +76,7 @@ fn sampler() -> impl Strategy<Value = Sampler> {
                 .with_parallel(parallel)
                 .with_joined_goal(joined.then_some(JoinedGoal::Desired))
                 .with_priorities(beta)
-                .with_already_achieved(kept)
+                .with_keep_already_achieved(kept)
                 .with_goal_noise(noise)
                 .with_recomputed_rewards(recomputed)
         },

@@ -8,8 +8,8 @@ use std::ops::RangeInclusive;
 use fetch_env::vec_env::VecEnvError;
 use goal_reward::{GoalReward, Symmetry};
 use her_relabel::{
-    Batch, ColumnsMut, GoalMixture, GoalNoise, GoalPart, GoalStrategy, HerBuffer, NStep, Sampler,
-    StateRows, StillEpisodes, Transforms, UnitInterval,
+    Batch, ColumnsMut, GoalMixture, GoalNoise, GoalPart, GoalStrategy, HerBuffer,
+    MotionlessEpisodes, NStep, Sampler, StateRows, Transforms, UnitInterval,
 };
 
 use super::demonstrated::Demonstrated;
@@ -58,7 +58,7 @@ impl<E: LearnEnv> Replay<E> {
         let mut config = config.with_num_envs(num_envs);
         if let Some(still) = still_episodes(replay)? {
             let seed = seed_for(seed, SeedUse::StillEpisodes, 0);
-            config = config.with_still_episodes(still.with_seed(seed));
+            config = config.with_motionless_episodes(still.with_seed(seed));
         }
         let dims = config.dims();
         let left_out: BTreeSet<_> = inputs.left_out.iter().collect();
@@ -216,7 +216,7 @@ fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
     Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
         .with_n_step(NStep::new(n_step, UnitInterval::ONE))
         .with_goals(goals)
-        .with_already_achieved(share("already_achieved", already_achieved)?)
+        .with_keep_already_achieved(share("already_achieved", already_achieved)?)
         .with_recomputed_rewards(settings.strictness != 1.0)
         .with_mirrored(share("mirrored", settings.mirrored)?)
         .with_goal_noise((noise.share() != UnitInterval::ZERO).then_some(noise)))
@@ -249,9 +249,9 @@ fn symmetry_of(symmetries: &[Symmetry], number: u64) -> Option<&Symmetry> {
 }
 
 /// Returns which still episodes are left out; `None` if none are.
-fn still_episodes(settings: &ReplaySettings) -> Result<Option<StillEpisodes>, TrainError> {
+fn still_episodes(settings: &ReplaySettings) -> Result<Option<MotionlessEpisodes>, TrainError> {
     let kept = share("still_kept", settings.still_kept)?;
-    let still = StillEpisodes::new(settings.still_distance, kept);
+    let still = MotionlessEpisodes::new(settings.still_distance, kept);
     Ok((kept != UnitInterval::ONE).then_some(still))
 }
 

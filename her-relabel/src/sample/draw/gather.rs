@@ -15,8 +15,8 @@ use crate::scalar::Scalar;
 use crate::store::storage::Storage;
 use crate::store::transition_id::TransitionId;
 
-/// The number of rows by which each stage of [`gather_part`](Draw::gather_part) is ahead of the next: the latency of
-/// memory.
+/// The number of rows by which each stage of [`gather_part`](Draw::gather_part) is ahead of the
+/// next: the latency of memory.
 const AHEAD: usize = 8;
 
 /// The largest number of rows that does not gain from another thread.

@@ -201,7 +201,7 @@ impl<S: Scalar> Draw<'_, S> {
         rows: &mut Rows<'_, T>,
         workspace: &mut Workspace,
     ) -> Result<Counts, SampleError> {
-        if self.sampler.already_achieved() == UnitInterval::ONE {
+        if self.sampler.keep_already_achieved() == UnitInterval::ONE {
             return Ok(self.gather_moved(pick, words, form, rows));
         }
         let words = self.redraw(pick, reward, words, rows, workspace)?;

@@ -31,7 +31,7 @@ impl<S: Scalar> Draw<'_, S> {
         workspace: &'w mut Workspace,
     ) -> Result<Redrawn<'w>, SampleError> {
         let Workspace { attempts, pending, achieved, .. } = workspace;
-        let kept = self.sampler.already_achieved().get();
+        let kept = self.sampler.keep_already_achieved().get();
         let goal_dim = self.storage.layout.dims().goal;
         refill(attempts, rows.len(), 0)?;
         refill(pending, rows.len(), 0)?;

@@ -65,7 +65,7 @@ pub struct Sampler {
     priorities: Option<UnitInterval>,
     parallel: bool,
     joined_goal: Option<JoinedGoal>,
-    already_achieved: UnitInterval,
+    keep_already_achieved: UnitInterval,
     recomputed_rewards: bool,
     mirrored: UnitInterval,
     goal_noise: Option<GoalNoise>,
@@ -86,7 +86,7 @@ impl Sampler {
             priorities: None,
             parallel: false,
             joined_goal: None,
-            already_achieved: UnitInterval::ONE,
+            keep_already_achieved: UnitInterval::ONE,
             recomputed_rewards: false,
             mirrored: UnitInterval::ZERO,
             goal_noise: None,
@@ -126,7 +126,7 @@ impl Sampler {
         /// The [importance weights](crate::Batch::importance_weight) of prioritized draws still
         /// correct for the priorities alone, as if no row had been drawn again. `is_success` is
         /// called once for each of the first three draws, with all rows that are drawn.
-        with_already_achieved(already_achieved: UnitInterval);
+        with_keep_already_achieved(keep_already_achieved: UnitInterval);
         /// Sets whether the reward function computes the rewards of all rows, not only of relabeled
         /// ones: for a reward other than the stored one. The default is false.
         ///
@@ -168,7 +168,7 @@ impl Sampler {
         /// Returns the goal that is appended to each observation.
         joined_goal: Option<JoinedGoal>;
         /// Returns the probability of keeping a row whose goal was already achieved.
-        already_achieved: UnitInterval;
+        keep_already_achieved: UnitInterval;
         /// Returns whether the reward function computes the rewards of all rows.
         recomputed_rewards: bool;
         /// Returns the average share of rows that are mirrored.
@@ -217,7 +217,7 @@ impl Sampler {
 
     /// Sets noise in the goals of relabeled rows. The default is `None`. The noise does not change
     /// which transitions and goals are drawn, unless rows are [drawn
-    /// again](Self::with_already_achieved), which depends on the moved goals.
+    /// again](Self::with_keep_already_achieved), which depends on the moved goals.
     /// [`Batch::goal_source`](crate::Batch::goal_source) is the source of the goal before it was
     /// moved.
     #[must_use]

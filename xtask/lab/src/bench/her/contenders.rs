@@ -146,7 +146,13 @@ pub fn forms<T: Scalar>(
         ),
         (
             "achieved-left-out",
-            Box::new(drawing(table(), stepper(), plain.with_already_achieved(tenth), None, none)),
+            Box::new(drawing(
+                table(),
+                stepper(),
+                plain.with_keep_already_achieved(tenth),
+                None,
+                none,
+            )),
         ),
     ])
 }

@@ -4,25 +4,25 @@ use serde::{Deserialize, Serialize};
 
 use crate::unit_interval::UnitInterval;
 
-/// Settings that keep only a share of the still episodes, in which the achieved goal stays within a
-/// distance of the first one.
+/// Settings that keep only a share of the motionless episodes, in which the achieved goal stays
+/// within a distance of the first one.
 ///
 /// In tasks that move an object, most episodes of an untrained agent do not touch it. Every goal
 /// achieved in such an episode is the same, so hindsight teaches nothing. Dropping most of them is
 /// a bias: the buffer then overrates episodes that move something.
 ///
 /// An episode is judged when it ends, by the Euclidean distance and the states that the buffer
-/// would keep of it. A still episode is kept with the probability `kept`. The decision depends only
-/// on the seed and on the number of episodes that ended before, so a loaded buffer decides as the
-/// saved one would.
+/// would keep of it. A motionless episode is kept with the probability `kept`. The decision depends
+/// only on the seed and on the number of episodes that ended before, so a loaded buffer decides as
+/// the saved one would.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StillEpisodes {
+pub struct MotionlessEpisodes {
     max_distance: f64,
     kept: UnitInterval,
     seed: u64,
 }
 
-impl StillEpisodes {
+impl MotionlessEpisodes {
     /// Creates settings that keep the share `kept` of the episodes in which the achieved goal stays
     /// within `max_distance` of the first one, in the unit of the goals, finite and at least 0. For
     /// the Fetch tasks, 0.01 m and 0.1 work well.
@@ -35,9 +35,9 @@ impl StillEpisodes {
         /// Sets the seed of the decisions. The default is 0.
         with_seed(seed: u64);
 
-        /// Returns the farthest distance of a still episode's goals from the first one.
+        /// Returns the farthest distance of a motionless episode's goals from the first one.
         max_distance: f64;
-        /// Returns the share of still episodes that is kept.
+        /// Returns the share of motionless episodes that is kept.
         kept: UnitInterval;
         /// Returns the seed of the decisions.
         seed: u64;
