@@ -49,9 +49,9 @@ pub(crate) struct BatchWords {
     key: u64,
 }
 
-/// The purpose of one of a row's words.
+/// The streams of random words; each row has a word in each.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Purpose {
+pub(crate) enum Stream {
     Transition,
     Relabel,
     Goal,
@@ -60,8 +60,8 @@ pub(crate) enum Purpose {
 
 /// The random words of the rows of a batch.
 pub(crate) trait Words: Copy + Sync {
-    /// Returns the word of row `row` for `purpose`.
-    fn word(&self, row: usize, purpose: Purpose) -> u64;
+    /// Returns the word of row `row` in `stream`.
+    fn word(&self, row: usize, stream: Stream) -> u64;
 }
 
 /// The maximal number of times that a row is drawn.
@@ -77,26 +77,25 @@ impl BatchWords {
 
     /// Returns the words that draw rows in attempt `attempt`, counted from 0.
     pub(crate) fn attempt(&self, attempt: usize) -> Self {
-        if attempt == 0 { *self } else { Self::new(self.word(KEYS + attempt, Purpose::Transition)) }
+        if attempt == 0 { *self } else { Self::new(self.word(KEYS + attempt, Stream::Transition)) }
     }
 
-    /// Returns the words that decide, for the purpose [`Purpose::Transition`], whether the rows
-    /// drawn in attempt `attempt` are kept.
+    /// Returns the words that decide, in [`Stream::Transition`], whether the rows drawn in attempt
+    /// `attempt` are kept.
     pub(crate) fn chances(&self, attempt: usize) -> Self {
-        Self::new(self.word(KEYS + attempt, Purpose::Relabel))
+        Self::new(self.word(KEYS + attempt, Stream::Relabel))
     }
 
-    /// Returns the words that decide, for the purpose [`Purpose::Transition`], which rows are
-    /// mirrored.
+    /// Returns the words that decide, in [`Stream::Transition`], which rows are mirrored.
     pub(crate) fn mirroring(&self) -> Self {
-        Self::new(self.word(KEYS + MAX_DRAWS, Purpose::Transition))
+        Self::new(self.word(KEYS + MAX_DRAWS, Stream::Transition))
     }
 }
 
 impl Words for BatchWords {
     #[inline(always)]
-    fn word(&self, row: usize, purpose: Purpose) -> u64 {
-        let place = row as u64 * WORDS_PER_ROW + purpose as u64 + 1;
+    fn word(&self, row: usize, stream: Stream) -> u64 {
+        let place = row as u64 * WORDS_PER_ROW + stream as u64 + 1;
         word_at(self.key, place)
     }
 }
@@ -117,8 +116,8 @@ impl<'a> Redrawn<'a> {
 
 impl Words for Redrawn<'_> {
     #[inline(always)]
-    fn word(&self, row: usize, purpose: Purpose) -> u64 {
-        self.by_attempt[usize::from(self.attempts[row]) % MAX_DRAWS].word(row, purpose)
+    fn word(&self, row: usize, stream: Stream) -> u64 {
+        self.by_attempt[usize::from(self.attempts[row]) % MAX_DRAWS].word(row, stream)
     }
 }
 
@@ -162,7 +161,7 @@ pub(crate) fn by_priority(table: &PriorityTable, episodes: &Episodes, word: u64)
         PriorityUnit::Transition => drawn,
         PriorityUnit::Episode => {
             let live = episodes.get(drawn).live();
-            let another = BatchWords::new(word).word(0, Purpose::Transition);
+            let another = BatchWords::new(word).word(0, Stream::Transition);
             live.start + below(another, live.end - live.start)
         }
     }

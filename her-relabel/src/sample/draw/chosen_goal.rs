@@ -1,6 +1,6 @@
 //! The input of a draw, and the goals that it chooses.
 
-use crate::sample::random::{Purpose, Words};
+use crate::sample::random::{Stream, Words};
 use crate::sample::settings::goals::Goal;
 use crate::sample::settings::sampler::Sampler;
 use crate::scalar::Scalar;
@@ -29,11 +29,11 @@ impl<S: Scalar> Draw<'_, S> {
     pub(crate) fn choose_goal(self, words: impl Words, transition: u64, row: usize) -> ChosenGoal {
         let (episodes, sampler) = (&self.storage.episodes, self.sampler);
         let episode = episodes.of(transition);
-        let is_relabeled = unit(words.word(row, Purpose::Relabel)) < sampler.ratio().get();
-        let strategy = sampler.goals().choose(|| words.word(row, Purpose::Strategy));
+        let is_relabeled = unit(words.word(row, Stream::Relabel)) < sampler.ratio().get();
+        let strategy = sampler.goals().choose(|| words.word(row, Stream::Strategy));
         let goals = [
             Goal { source: transition, row: episode.last_row(), is_desired: true },
-            strategy.draw(transition, &episode, episodes, words.word(row, Purpose::Goal)),
+            strategy.draw(transition, &episode, episodes, words.word(row, Stream::Goal)),
         ];
         // No branch, because it would be unpredictable which rows are relabeled.
         ChosenGoal { episode, goal: goals[usize::from(is_relabeled)], is_relabeled }

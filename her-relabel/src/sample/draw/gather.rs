@@ -6,7 +6,7 @@ use std::{iter, process};
 use prefetch_index::prefetch_index;
 
 use crate::sample::draw::chosen_goal::{ChosenGoal, Draw};
-use crate::sample::random::{Purpose, Words};
+use crate::sample::random::{Stream, Words};
 use crate::sample::rows::batch::{Relabeled, Rows};
 use crate::sample::rows::copy::put_wide;
 use crate::sample::rows::form::{Form, State};
@@ -130,7 +130,7 @@ impl<'a, S: Scalar> Draw<'a, S> {
                 episodes.prefetch_record(transitions[row % (2 * AHEAD)]);
             }
             if at < len {
-                let transition = pick(words.word(rows.first + at, Purpose::Transition));
+                let transition = pick(words.word(rows.first + at, Stream::Transition));
                 episodes.prefetch_cell(transition);
                 transitions[at % (2 * AHEAD)] = transition;
             }

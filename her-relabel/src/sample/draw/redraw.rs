@@ -5,7 +5,7 @@ use prefetch_index::prefetch_index;
 
 use crate::sample::draw::chosen_goal::Draw;
 use crate::sample::error::SampleError;
-use crate::sample::random::{BatchWords, MAX_DRAWS, Purpose, Redrawn, Words};
+use crate::sample::random::{BatchWords, MAX_DRAWS, Redrawn, Stream, Words};
 use crate::sample::rows::batch::{Rows, ScratchRows, Workspace};
 use crate::sample::rows::columns::refill;
 use crate::sample::rows::copy::put_wide;
@@ -46,7 +46,7 @@ impl<S: Scalar> Draw<'_, S> {
             let chances = words.chances(attempt);
             let mut at = 0;
             pending.retain(|row| {
-                let is_kept = !achieved[at] || unit(chances.word(*row, Purpose::Transition)) < kept;
+                let is_kept = !achieved[at] || unit(chances.word(*row, Stream::Transition)) < kept;
                 at += 1;
                 !is_kept
             });
@@ -73,7 +73,7 @@ impl<S: Scalar> Draw<'_, S> {
         for rows in pending.chunks(AHEAD) {
             let mut transitions = [0; AHEAD];
             for (transition, row) in transitions.iter_mut().zip(rows) {
-                *transition = pick(words.word(*row, Purpose::Transition));
+                *transition = pick(words.word(*row, Stream::Transition));
                 episodes.prefetch_cell(*transition);
             }
             transitions[..rows.len()].iter().for_each(|id| episodes.prefetch_record(*id));

@@ -1,8 +1,7 @@
 //! A batch of sampled transitions, in reusable memory.
 
 use crate::sample::error::SampleError;
-use crate::sample::rows::columns::resize;
-use crate::sample::rows::columns::{Widths, columns};
+use crate::sample::rows::columns::{Widths, column_table, resize};
 use crate::scalar::Scalar;
 use crate::store::fields::{Fields, UnknownField};
 use crate::store::transition_id::TransitionId;
@@ -30,7 +29,7 @@ pub struct Batch<T> {
     pub(crate) workspace: Workspace,
 }
 
-columns! { Batch: {
+column_table! { Batch: {
     /// The columns of a [`Batch`], owned: see [`Batch::take_columns`].
     pub struct Columns;
     /// Caller-provided buffers for columns of a [`Batch`], for
@@ -89,7 +88,7 @@ columns! { Batch: {
         unless the sampler draws [by priority](crate::Sampler::with_priorities).";
 } }
 
-columns! { {
+column_table! { {
     /// Memory for drawing, with unspecified contents between calls.
     pub(crate) struct Scratch;
     /// Some rows of [`Scratch`].

@@ -66,11 +66,11 @@ impl Widths {
 /// Defines columns by a table of `name: [element; width] = what a new row holds, documentation`,
 /// where the width names one of the [`Widths`], and the documentation is a noun phrase without
 /// article. With the name of a batch before the table, each column gets an accessor of the batch.
-macro_rules! columns {
+macro_rules! column_table {
     ($batch:ident: { $($types:tt)* } {
         $($name:ident: [$element:ty; $width:ident] = $new:expr, $doc:expr;)*
     }) => {
-        columns! { { $($types)* } { $($name: [$element; $width] = $new, $doc;)* } }
+        column_table! { { $($types)* } { $($name: [$element; $width] = $new, $doc;)* } }
 
         impl<T: Scalar> $batch<T> {
             $(
@@ -157,7 +157,7 @@ macro_rules! columns {
         }
     };
 }
-pub(crate) use columns;
+pub(crate) use column_table;
 
 /// Changes the length of a vector. New elements are `value`.
 ///

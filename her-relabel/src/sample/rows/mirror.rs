@@ -2,7 +2,7 @@
 
 use goal_reward::{Mirror, Symmetry};
 
-use crate::sample::random::{BatchWords, Purpose, Words};
+use crate::sample::random::{BatchWords, Stream, Words};
 use crate::sample::rows::batch::Rows;
 use crate::sample::rows::copy::put_wide;
 use crate::sample::rows::form::{Form, Formed, State};
@@ -34,7 +34,7 @@ impl<'a> Mirroring<'a> {
     /// Returns whether the row at `at` is mirrored.
     #[inline(always)]
     fn mirrors<T>(&self, rows: &Rows<'_, T>, at: usize) -> bool {
-        unit(self.words.word(rows.first + at, Purpose::Transition)) < self.share.get()
+        unit(self.words.word(rows.first + at, Stream::Transition)) < self.share.get()
     }
 
     /// Writes the mirror images of a state and its goal to `memory`, and returns both.

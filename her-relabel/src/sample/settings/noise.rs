@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use libm::{cos, log1p, sin};
 use serde::{Deserialize, Serialize};
 
-use crate::sample::random::{BatchWords, Purpose, Words};
+use crate::sample::random::{BatchWords, Stream, Words};
 use crate::scalar::Scalar;
 use crate::split_mix::unit;
 use crate::unit_interval::UnitInterval;
@@ -56,8 +56,8 @@ impl GoalNoise {
         goal: &mut [f64],
     ) -> bool {
         // The words of a row belong to its other draws.
-        let words = BatchWords::new(words.word(row, Purpose::Strategy));
-        let is_chosen = unit(words.word(0, Purpose::Transition)) < self.share.get();
+        let words = BatchWords::new(words.word(row, Stream::Strategy));
+        let is_chosen = unit(words.word(0, Stream::Transition)) < self.share.get();
         // A sum with zero could change the sign of one.
         if !is_chosen || self.radius == 0.0 {
             return false;
@@ -65,7 +65,7 @@ impl GoalNoise {
         // If a normal vector with two more elements is scaled to length 1, its other elements are
         // uniform in the ball. Source: Voelker et al., *Efficiently sampling vectors and
         // coordinates from the n-sphere and n-ball*, 2017.
-        let two_squares = -2.0 * log1p(-unit(words.word(0, Purpose::Goal)));
+        let two_squares = -2.0 * log1p(-unit(words.word(0, Stream::Goal)));
         let squares = (0..goal.len()).map(|index| normal(words, index).powi(2)).sum::<f64>();
         let factor = self.radius / (two_squares + squares).sqrt();
         for (index, element) in goal.iter_mut().enumerate() {
@@ -82,7 +82,7 @@ impl GoalNoise {
 /// Muller.
 fn normal(words: BatchWords, index: usize) -> f64 {
     let pair = index / 2 + 1;
-    let length = (-2.0 * log1p(-unit(words.word(pair, Purpose::Transition)))).sqrt();
-    let angle = TAU * unit(words.word(pair, Purpose::Goal));
+    let length = (-2.0 * log1p(-unit(words.word(pair, Stream::Transition)))).sqrt();
+    let angle = TAU * unit(words.word(pair, Stream::Goal));
     length * if index.is_multiple_of(2) { cos(angle) } else { sin(angle) }
 }
