@@ -1,4 +1,4 @@
-//! The task runner as a user runs it, without building the lab.
+//! The task runner as a user runs it, without building what it hands commands on to.
 
 use std::{
     collections::BTreeSet,

@@ -25,7 +25,6 @@ fn every_command_says_what_it_does_and_has_an_example_that_parses() -> Result {
 }
 
 #[test]
-#[cfg(feature = "full")]
 fn the_readme_lists_every_command_and_no_other() {
     let rows = include_str!("../README.md").lines().filter(|line| line.starts_with("| `"));
     let listed: BTreeSet<_> = rows
@@ -38,7 +37,6 @@ fn the_readme_lists_every_command_and_no_other() {
 }
 
 #[test]
-#[cfg(feature = "full")]
 fn completions_know_every_command() -> Result {
     let script = output_of(&mut fetch("completions bash"))?;
     for command in fetch_cli::command().get_subcommands() {

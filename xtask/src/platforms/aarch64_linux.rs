@@ -44,5 +44,5 @@ fn check() -> anyhow::Result<bool> {
     Ok(test(TESTS)?
         && test(LAWS)?
         && test(LEARNING)?
-        && run("run -p chapter -- verify --env-id FetchReach-v4")?)
+        && run("run -p fetch-cli --no-default-features -- verify --env-id FetchReach-v4")?)
 }
