@@ -74,6 +74,11 @@ const ON_SYSTEM: Stage = Stage {
             &[Clippy],
         ),
         step(
+            "lints of the program's quick commands",
+            "clippy -p fetch-cli --no-default-features --all-targets -- -D warnings",
+            &[Clippy],
+        ),
+        step(
             "tests without MuJoCo",
             "test -p fetch-sim -p fetch-env -p fetch-baselines --no-default-features",
             &[],
