@@ -6,10 +6,9 @@
 //! loading MuJoCo is an error.
 
 use std::{
-    env, fs,
+    env,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
-    time::UNIX_EPOCH,
 };
 
 use fetch_install::{Found, Places, SYSTEM_PREFIXES, remembering_file};
@@ -68,6 +67,11 @@ fn watch_choice(places: &Places) {
 /// over links that lead nowhere, and looks at the time of what the others lead to.
 #[cfg(unix)]
 fn watch_for(file: &Path) -> io::Result<PathBuf> {
+    use std::{
+        fs::{self, File},
+        time::UNIX_EPOCH,
+    };
+
     let out = env::var_os("OUT_DIR").ok_or(ErrorKind::NotFound)?;
     let folder = Path::new(&out).join("watched");
     if folder.exists() {
@@ -76,7 +80,7 @@ fn watch_for(file: &Path) -> io::Result<PathBuf> {
     fs::create_dir(&folder)?;
     std::os::unix::fs::symlink(file, folder.join("remembered"))?;
     // Cargo compares with the time at which this script was started.
-    fs::File::open(&folder)?.set_modified(UNIX_EPOCH)?;
+    File::open(&folder)?.set_modified(UNIX_EPOCH)?;
     Ok(folder)
 }
 
