@@ -34,12 +34,17 @@ const TESTERS: [&str; 9] = [
 const OGBENCH: &str = "ogbench==1.2.2";
 /// The package that the tests of Stable-Baselines3 need; it installs torch.
 const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
+/// The package that the tests of LeRobot need; it installs torch, too.
+const LEROBOT: &str = "lerobot==0.4.4";
 
 #[derive(clap::Args)]
 pub struct Args {
     /// Test the parts for Stable-Baselines3 instead, which installs torch
-    #[arg(long, conflicts_with_all = ["sets", "their_tests"])]
+    #[arg(long, conflicts_with_all = ["lerobot", "sets", "their_tests"])]
     sb3: bool,
+    /// Test the parts for LeRobot instead, which installs torch
+    #[arg(long, conflicts_with_all = ["sets", "their_tests"])]
+    lerobot: bool,
     /// Instead, write all data sets with this many steps each, and read them with the loaders of
     /// Minari and OGBench
     #[arg(long, value_name = "STEPS", conflicts_with = "their_tests")]
@@ -56,6 +61,8 @@ enum Tests<'a> {
     Own,
     /// The tests of its parts for Stable-Baselines3.
     StableBaselines3,
+    /// The tests of its parts for LeRobot.
+    LeRobot,
     /// The tests of a checkout.
     Theirs(&'a Path),
     /// The tests of the data sets that `datasets` writes, with this many steps each.
@@ -64,11 +71,12 @@ enum Tests<'a> {
 
 impl<'a> Tests<'a> {
     fn new(args: &'a Args) -> Self {
-        match (args.sb3, &args.sets, &args.their_tests) {
-            (true, ..) => Self::StableBaselines3,
-            (_, Some(steps), _) => Self::Sets(steps),
-            (.., Some(checkout)) => Self::Theirs(checkout),
-            _ => Self::Own,
+        match (&args.sets, &args.their_tests) {
+            _ if args.sb3 => Self::StableBaselines3,
+            _ if args.lerobot => Self::LeRobot,
+            (Some(steps), _) => Self::Sets(steps),
+            (_, Some(checkout)) => Self::Theirs(checkout),
+            (None, None) => Self::Own,
         }
     }
 
@@ -76,6 +84,7 @@ impl<'a> Tests<'a> {
     const fn heavy_package(&self) -> Option<&'static str> {
         match self {
             Self::StableBaselines3 => Some(STABLE_BASELINES3),
+            Self::LeRobot => Some(LEROBOT),
             Self::Own | Self::Theirs(_) | Self::Sets(_) => None,
         }
     }
@@ -114,6 +123,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             succeeds(command.env("FETCH_ENV_SETS", sets.path()))
         }
         Tests::StableBaselines3 => succeeds(&mut check(&["pytest", "--quiet", "tests/sb3"])?),
+        Tests::LeRobot => {
+            let mut command = check(&["pytest", "--quiet", "tests/lerobot"])?;
+            // LeRobot copies what it reads into a cache, which must not be the user's.
+            let cache = tempfile::tempdir()?;
+            command.env("HF_HOME", cache.path()).env("HF_HUB_OFFLINE", "1");
+            succeeds(&mut command)
+        }
         Tests::Own => {
             let checks: [&[&str]; 4] = [
                 &["ruff", "format", "--check", "."],

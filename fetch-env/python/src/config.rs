@@ -17,6 +17,8 @@ use crate::integer::Integer;
 
 /// The number of elements of a goal: x, y and z.
 pub(crate) const GOAL_LEN: usize = 3;
+/// The number of elements of an action.
+pub(crate) const ACTION_LEN: usize = 4;
 
 /// By how much rewards, and distances in meters, may differ where goals were rounded to `f32`.
 const ROUNDING: f64 = 1e-5;

@@ -1,16 +1,21 @@
-//! Writing data sets.
+//! The policies of data sets, and writing them.
 
 use std::path::PathBuf;
 
 use baselines::{
-    Evaluation,
-    datasets::{Metadata, DatasetWriter, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set},
+    Evaluation, Policy,
+    datasets::{
+        DatasetWriter, Metadata, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set,
+    },
 };
 use fetch_env::{EnvId, make};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::config::Config;
+use crate::config::{ACTION_LEN, Config};
+use crate::env::Env;
 use crate::error::{Error, Result};
+use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::warnings::simulate;
 
@@ -27,11 +32,7 @@ pub(crate) fn write_dataset(
     seed: Integer<u64>,
     snapshots: bool,
 ) -> Result<String> {
-    let kind = SetKind::ALL.into_iter().find(|kind| kind.name() == set);
-    let kind = kind.ok_or_else(|| {
-        let names = SetKind::ALL.map(SetKind::name).join(", ");
-        Error::value(format!("there is no set {set}: choose from {names}"))
-    })?;
+    let kind = kind_of(set)?;
     let config = config.config.clone();
     let (Integer(episodes), Integer(seed)) = (episodes, seed);
     let path = folder.clone();
@@ -55,6 +56,45 @@ pub(crate) fn write_dataset(
     });
     let written = written.map_err(|error| error.at(&path))?;
     Ok(serde_json::to_string(&written)?)
+}
+
+/// Returns the kind of policy with this name.
+fn kind_of(name: &str) -> Result<SetKind> {
+    SetKind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
+        let names = SetKind::ALL.map(SetKind::name).join(", ");
+        Error::value(format!("there is no policy {name}: choose from {names}"))
+    })
+}
+
+/// A policy of data sets: its actions in an episode follow from the seed of the episode.
+#[pyclass(frozen, module = "fetch_env._native")]
+pub(crate) struct NamedPolicy(Exclusive<SetPolicy>);
+
+#[pymethods]
+impl NamedPolicy {
+    #[new]
+    fn new(py: Python<'_>, config: &Config, name: &str) -> Result<Self> {
+        let kind = kind_of(name)?;
+        let config = config.config.clone();
+        let env = simulate(py, || make(config))?;
+        Ok(Self(Exclusive::new(SetPolicy::new(kind, &env).map_err(Error::chain)?)))
+    }
+
+    /// Begins the episode with a seed.
+    fn begin(&self, py: Python<'_>, seed: Integer<u64>) -> Result<()> {
+        let mut policy = self.0.lock(py)?;
+        policy.begin(seed.0);
+        Policy::<_, f32>::reset(&mut *policy);
+        Ok(())
+    }
+
+    /// The action in the current state of an environment.
+    fn act<'py>(&self, py: Python<'py>, env: &Env) -> Result<Bound<'py, PyArray1<f32>>> {
+        let observation = env.observation(py)?;
+        let mut action = [0.0; ACTION_LEN];
+        self.0.lock(py)?.act(&observation, &mut action);
+        Ok(PyArray1::from_slice(py, &action))
+    }
 }
 
 /// Begins a data set.

@@ -113,7 +113,7 @@ impl Env {
 
     /// The current observation.
     fn observe<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
-        Ok(arrays::observation(py, &self.0.lock(py)?.env()?.observe()?)?)
+        Ok(arrays::observation(py, &self.observation(py)?)?)
     }
 
     /// The seed of the random numbers, and how many 64-bit numbers were drawn; None before a reset.
@@ -199,6 +199,13 @@ impl Env {
         parts.env = None;
         parts.pictures.close();
         Ok(())
+    }
+}
+
+impl Env {
+    /// Returns the current observation.
+    pub(crate) fn observation(&self, py: Python<'_>) -> Result<FetchObservation> {
+        Ok(self.0.lock(py)?.env()?.observe()?)
     }
 }
 

@@ -29,7 +29,7 @@ mod _native {
     #[pymodule_export]
     use crate::config::Config;
     #[pymodule_export]
-    use crate::datasets::write_dataset;
+    use crate::datasets::{NamedPolicy, write_dataset};
     #[pymodule_export]
     use crate::env::Env;
     #[pymodule_export]

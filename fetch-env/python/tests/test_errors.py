@@ -1,5 +1,8 @@
 """What is refused, and what the message advises."""
 
+import importlib
+import sys
+
 import fetch_env
 import gymnasium
 import numpy as np
@@ -176,3 +179,11 @@ def test_what_gymnasium_makes_needs_a_reset_first():
 def test_rendering_without_a_mode_warns(push):
     with pytest.warns(UserWarning, match="rgb_array"):
         assert push.render() is None
+
+
+def test_a_missing_lerobot_says_what_to_install(monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("fetch_env.lerobot")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "lerobot", None)
+    with pytest.raises(ImportError, match=r"pip install 'fetch-env\[lerobot\]'"):
+        importlib.import_module("fetch_env.lerobot")
