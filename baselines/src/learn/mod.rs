@@ -39,7 +39,7 @@
 mod algorithm;
 mod checkpoint;
 mod error;
-mod network;
+pub mod network;
 mod run;
 mod settings;
 

@@ -1,29 +1,10 @@
-//! What actor-critic algorithms share: the values that critics estimate, gradients that processes
-//! average, and how an algorithm is printed.
+//! What actor-critic algorithms share: what critics learn from, gradients that processes average, and
+//! how an algorithm is printed.
 
 use super::interface::Transitions;
 use crate::learn::network::pass::Pass;
 use crate::learn::network::perceptron::Network;
 use crate::learn::network::vectors::parts_mut;
-
-/// Returns the values of actions, as a critic estimates them: a number for each row.
-pub(super) fn evaluate<'a>(
-    pass: &'a mut Pass,
-    critic: &Network,
-    inputs: &[f32],
-    actions: &[f32],
-) -> &'a [f32] {
-    let width = critic.shape.num_inputs();
-    let num_rows = (inputs.len() + actions.len()) / width;
-    let len = inputs.len() / num_rows;
-    let joined = pass.input_mut(num_rows, width).chunks_exact_mut(width);
-    let rows = inputs.chunks_exact(len).zip(actions.chunks_exact(width - len));
-    for (joined, (input, action)) in joined.zip(rows) {
-        joined[..len].copy_from_slice(input);
-        joined[len..].copy_from_slice(action);
-    }
-    pass.forward(critic)
-}
 
 /// Computes the gradient of a critic's mean squared error against `targets`. Returns the error and
 /// the mean value.
@@ -35,7 +16,7 @@ pub(super) fn regress(
     gradient: &mut [f32],
 ) -> (f32, f32) {
     let share = batch.share();
-    let values = evaluate(pass, critic, batch.input, batch.action);
+    let values = pass.run_joined(critic, batch.input, batch.action);
     let value = values.iter().sum::<f32>() * share;
     let errors = values.iter().zip(targets).map(|(value, target)| value - target);
     let loss = errors.map(|error| error * error).sum::<f32>() * share;

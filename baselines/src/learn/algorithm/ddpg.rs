@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::critic::{Gradients, debug_settings, evaluate, regress};
+use super::critic::{Gradients, debug_settings, regress};
 use super::interface::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
 use crate::learn::error::TrainError;
 use crate::learn::network::adam::Trained;
@@ -170,7 +170,7 @@ impl Networks {
     ) -> (f32, f32) {
         let Work { actor, critic, actions, targets, .. } = work;
         act(actor, &self.target_actor, batch.next_input, actions);
-        let values = evaluate(critic, &self.target_critic, batch.next_input, actions);
+        let values = critic.run_joined(&self.target_critic, batch.next_input, actions);
         let rows = batch.reward.iter().zip(batch.discount).zip(values);
         targets.clear();
         let target = |((reward, discount), value)| reward + discount * value;
@@ -195,9 +195,9 @@ impl Networks {
         let weighs_advantages = imitation_weight > 0.0 && advantage_factor > 0.0;
         imitation.clear();
         if weighs_advantages {
-            imitation.extend(evaluate(critic_pass, critic, batch.input, batch.action));
+            imitation.extend(critic_pass.run_joined(critic, batch.input, batch.action));
         }
-        let values = evaluate(critic_pass, critic, batch.input, actions);
+        let values = critic_pass.run_joined(critic, batch.input, actions);
         if weighs_advantages {
             for (value, own) in imitation.iter_mut().zip(values) {
                 *value = libm::expf(advantage_factor * (*value - own)).min(HIGHEST_FACTOR);
@@ -320,8 +320,8 @@ mod tests {
         let (critic, actor) = (&alike.networks.critic.network, &alike.networks.actor.network);
         let (mut pass, mut own) = (Pass::default(), Vec::new());
         act(&mut pass, actor, &INPUT[..3], &mut own);
-        let [own, demonstrated] = [&own[..], &ACTION[..2]]
-            .map(|action| evaluate(&mut pass, critic, &INPUT[..3], action)[0]);
+        let [own, demonstrated] =
+            [&own[..], &ACTION[..2]].map(|action| pass.run_joined(critic, &INPUT[..3], action)[0]);
         let advantage = demonstrated - own;
         assert!(advantage != 0.0);
         for factor in [1.0, 3.0, 1_000.0] {

@@ -3,7 +3,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::critic::{Gradients, debug_settings, evaluate, regress};
+use super::critic::{Gradients, debug_settings, regress};
 use super::interface::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
 use super::sampled::{Sampled, clamp_log_std};
 use crate::learn::error::TrainError;
@@ -66,7 +66,7 @@ impl Sac {
         let actor = Network::init(actor, *last_layer_scale, &mut rng);
         let critic = Shape::new(num_inputs + num_actions, hidden, 1, *layer_norm);
         let targets = [(); 2].map(|()| Network::init(critic.clone(), 1.0, &mut rng));
-        let critic_len = critic.len();
+        let critic_len = critic.num_parameters();
         Ok(Self {
             gradients: Gradients::new([critic_len, critic_len, actor.parameters.len(), 4]),
             networks: Networks {
@@ -193,8 +193,8 @@ impl Networks {
         let inputs = batch.next_input;
         let Work { actor, critics: [first, second], sample, targets } = work;
         sample.draw(actor.run(&self.actor.network, inputs), batch.num_actions(), &mut rng);
-        let first_values = evaluate(first, &self.targets[0], inputs, &sample.actions);
-        let second_values = evaluate(second, &self.targets[1], inputs, &sample.actions);
+        let first_values = first.run_joined(&self.targets[0], inputs, &sample.actions);
+        let second_values = second.run_joined(&self.targets[1], inputs, &sample.actions);
         let values = first_values.iter().zip(second_values).zip(&sample.log_densities);
         let values = values.map(|((first, second), log)| first.min(*second) - temperature * log);
         let rows = batch.reward.iter().zip(batch.discount).zip(values);
@@ -225,8 +225,8 @@ impl Networks {
         let Work { actor, critics: [first_pass, second_pass], sample, .. } = work;
         sample.draw(actor.run(&self.actor.network, inputs), num_actions, &mut rng);
         let [first, second] = self.critics.each_ref().map(|critic| &critic.network);
-        let first_values = evaluate(first_pass, first, inputs, &sample.actions).to_vec();
-        let second_values = evaluate(second_pass, second, inputs, &sample.actions).to_vec();
+        let first_values = first_pass.run_joined(first, inputs, &sample.actions).to_vec();
+        let second_values = second_pass.run_joined(second, inputs, &sample.actions).to_vec();
         let log_density = sample.log_densities.iter().sum::<f32>() * share;
         let pairs = first_values.iter().zip(&second_values);
         let values: f32 = pairs.map(|(first, second)| first.min(*second)).sum();

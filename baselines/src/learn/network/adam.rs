@@ -5,7 +5,8 @@ use super::vectors::vectorize;
 
 /// Adam, with the defaults of its authors: Kingma and Ba, *Adam: a method for stochastic
 /// optimization*, 2015.
-pub(crate) struct Adam {
+#[derive(Clone, Debug)]
+pub struct Adam {
     learning_rate: f32,
     first_moment: Vec<f32>,
     second_moment: Vec<f32>,
@@ -20,14 +21,16 @@ const EPSILON: f32 = 1e-8;
 const SMALLEST: f32 = 1e-30;
 
 impl Adam {
-    pub(crate) fn new(learning_rate: f32, len: usize) -> Self {
+    /// Creates an optimizer of `len` parameters.
+    #[must_use]
+    pub fn new(learning_rate: f32, len: usize) -> Self {
         let zeros = vec![0.0; len];
         Self { learning_rate, first_moment: zeros.clone(), second_moment: zeros }
     }
 
     /// Moves parameters against a gradient, in step `number`, counted from 1, by `rate_factor`
-    /// times the learning rate.
-    pub(crate) fn step(
+    /// times the learning rate. Both slices have the length that the optimizer was created for.
+    pub fn step(
         &mut self,
         number: u64,
         rate_factor: f32,
@@ -54,33 +57,44 @@ impl Adam {
         );
     }
 
-    /// Returns the moments, each with its name.
-    pub(crate) fn vectors_mut(&mut self) -> [(&'static str, &mut Vec<f32>); 2] {
+    /// Returns the moments, each with its name, for
+    /// [`StateMut::push`](crate::learn::StateMut::push).
+    pub fn vectors_mut(&mut self) -> [(&'static str, &mut Vec<f32>); 2] {
         let Self { first_moment, second_moment, .. } = self;
         [("first_moment", first_moment), ("second_moment", second_moment)]
     }
 }
 
 /// A network with its optimizer.
-pub(crate) struct Trained {
+#[derive(Clone, Debug)]
+pub struct Trained {
     pub(crate) network: Network,
     adam: Adam,
 }
 
 impl Trained {
-    pub(crate) fn new(network: Network, learning_rate: f32) -> Self {
+    /// Gives a network its optimizer.
+    #[must_use]
+    pub fn new(network: Network, learning_rate: f32) -> Self {
         let adam = Adam::new(learning_rate, network.parameters.len());
         Self { network, adam }
     }
 
+    /// Returns the network.
+    #[must_use]
+    pub const fn network(&self) -> &Network {
+        &self.network
+    }
+
     /// Takes step `number`, counted from 1, against a gradient, by `rate_factor` times the learning
-    /// rate.
-    pub(crate) fn step(&mut self, number: u64, rate_factor: f32, gradient: &[f32]) {
+    /// rate. The gradient has a number for each [parameter](super::Shape::num_parameters).
+    pub fn step(&mut self, number: u64, rate_factor: f32, gradient: &[f32]) {
         self.adam.step(number, rate_factor, &mut self.network.parameters, gradient);
     }
 
-    /// Returns the parameters and the moments, each with its name.
-    pub(crate) fn vectors_mut(&mut self) -> [(&'static str, &mut Vec<f32>); 3] {
+    /// Returns the parameters and the moments, each with its name, for
+    /// [`StateMut::push`](crate::learn::StateMut::push).
+    pub fn vectors_mut(&mut self) -> [(&'static str, &mut Vec<f32>); 3] {
         let ([parameters], [first, second]) = (self.network.vectors_mut(), self.adam.vectors_mut());
         [parameters, first, second]
     }

@@ -1,4 +1,11 @@
 //! Small multilayer perceptrons in `f32`: passes through them, their gradients, and an optimizer.
+//!
+//! They know nothing of reinforcement learning: [`Ddpg`](crate::learn::Ddpg) and
+//! [`Sac`](crate::learn::Sac) are built from them, and so can your own
+//! [`Algorithm`](crate::learn::Algorithm) be. Results have the same bits on each processor, whatever
+//! the width of its vectors.
+//!
+//! Matrices are row-major slices, with a row for each input of a batch.
 
 pub(crate) mod adam;
 mod matrix;
@@ -7,3 +14,7 @@ pub(crate) mod pass;
 pub(crate) mod perceptron;
 mod product;
 pub(crate) mod vectors;
+
+pub use adam::{Adam, Trained};
+pub use pass::Pass;
+pub use perceptron::{Network, Shape};

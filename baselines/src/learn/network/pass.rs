@@ -3,6 +3,8 @@
 //! All matrices are row-major, with a row for each input of the batch. Loops over their elements
 //! are compiled for the vectors of the processor, with the same bits on each.
 
+use std::fmt;
+
 use super::matrix::Matrix;
 use super::perceptron::{Layer, Network, Parameters, ParametersMut};
 use super::product::Product;
@@ -11,9 +13,31 @@ use super::vectors::vectorize;
 /// Added to a variance before its root is taken: PyTorch's default for layer normalization.
 const EPSILON: f32 = 1e-5;
 
-/// A pass of some rows through a network of one shape, with everything that its gradient needs.
+/// A pass of some rows through a network, with everything that its gradient needs. Its memory is
+/// reused.
+///
+/// ```
+/// use baselines::learn::network::{Network, Pass, Shape, Trained};
+/// use rand::SeedableRng;
+/// use rand_chacha::ChaCha8Rng;
+///
+/// // Learns y = 1 - 2 x from four rows.
+/// let (inputs, targets) = ([-1.0, 0.0, 0.5, 1.0], [3.0, 1.0, 0.0, -1.0]);
+/// let shape = Shape::new(1, &[16], 1, false);
+/// let mut gradient = vec![0.0; shape.num_parameters()];
+/// let network = Network::init(shape, 1.0, &mut ChaCha8Rng::seed_from_u64(0));
+/// let (mut trained, mut pass) = (Trained::new(network, 0.01), Pass::default());
+/// for number in 1..=1_000 {
+///     pass.run(trained.network(), &inputs);
+///     // The derivative of the squared error with respect to each output.
+///     let slope = |row: usize, output: f32| 2.0 * (output - targets[row]);
+///     pass.backward(trained.network(), slope, Some(&mut gradient), 0);
+///     trained.step(number, 1.0, &gradient);
+/// }
+/// assert!((pass.run(trained.network(), &[0.25])[0] - 0.5).abs() < 0.1);
+/// ```
 #[derive(Clone, Default)]
-pub(crate) struct Pass {
+pub struct Pass {
     num_rows: usize,
     input: Vec<f32>,
     layers: Vec<LayerPass>,
@@ -32,23 +56,51 @@ struct LayerPass {
     inverse_std: Vec<f32>,
 }
 
+impl fmt::Debug for Pass {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Pass").field("num_rows", &self.num_rows).finish_non_exhaustive()
+    }
+}
+
 impl Pass {
     /// Returns the network's outputs for inputs, a row for each.
-    pub(crate) fn run(&mut self, network: &Network, inputs: &[f32]) -> &[f32] {
+    ///
+    /// # Panics
+    /// Panics if `inputs` is not a number of whole rows.
+    pub fn run(&mut self, network: &Network, inputs: &[f32]) -> &[f32] {
         let width = network.shape.num_inputs();
         self.input_mut(inputs.len() / width, width).copy_from_slice(inputs);
         self.forward(network)
     }
 
+    /// Returns the network's outputs for inputs whose rows are those of `left`, each followed by its
+    /// row of `right`, such as the inputs of a critic and actions.
+    ///
+    /// # Panics
+    /// Panics if there is not the same number of whole rows of both.
+    pub fn run_joined(&mut self, network: &Network, left: &[f32], right: &[f32]) -> &[f32] {
+        let width = network.shape.num_inputs();
+        let num_rows = (left.len() + right.len()) / width;
+        let len = left.len() / num_rows.max(1);
+        assert_eq!([num_rows * len, num_rows * (width - len)], [left.len(), right.len()]);
+        let joined = self.input_mut(num_rows, width).chunks_exact_mut(width);
+        let rows = left.chunks_exact(len).zip(right.chunks_exact(width - len));
+        for (joined, (left, right)) in joined.zip(rows) {
+            joined[..len].copy_from_slice(left);
+            joined[len..].copy_from_slice(right);
+        }
+        self.forward(network)
+    }
+
     /// Returns the input of a pass of `num_rows` rows of `width` numbers, for the caller to fill.
-    pub(crate) fn input_mut(&mut self, num_rows: usize, width: usize) -> &mut [f32] {
+    fn input_mut(&mut self, num_rows: usize, width: usize) -> &mut [f32] {
         self.num_rows = num_rows;
         self.input.resize(num_rows * width, 0.0);
         &mut self.input
     }
 
     /// Returns the network's outputs.
-    pub(crate) fn forward(&mut self, network: &Network) -> &[f32] {
+    fn forward(&mut self, network: &Network) -> &[f32] {
         let num_rows = self.num_rows;
         self.layers.resize_with(network.shape.sizes.len() - 1, LayerPass::default);
         let mut input = self.input.as_slice();
@@ -60,11 +112,16 @@ impl Pass {
         input
     }
 
-    /// Computes the gradient of a loss from `slope`, its derivative with respect to an output of
-    /// the last [`forward`](Self::forward), given the output's index and value: writes the gradient
-    /// of the parameters to `parameters` if given, and returns that of the last `input_width`
-    /// numbers of each row of the input.
-    pub(crate) fn backward(
+    /// Computes the gradient of a loss after the last [`run`](Self::run) or
+    /// [`run_joined`](Self::run_joined), through the same network. `slope` is the derivative of the
+    /// loss with respect to an output, given the output's index among those of all rows and its
+    /// value. Writes the gradient of the parameters to `parameters` if given, and returns that of the
+    /// last `input_width` numbers of each row of the input.
+    ///
+    /// # Panics
+    /// Panics if `parameters` is shorter than the network's, or `input_width` is more than
+    /// that of an input.
+    pub fn backward(
         &mut self,
         network: &Network,
         slope: impl Fn(usize, f32) -> f32,

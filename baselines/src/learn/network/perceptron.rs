@@ -1,5 +1,7 @@
 //! Networks: multilayer perceptrons whose parameters lie in one vector.
 
+use std::fmt;
+
 use rand::{Rng, RngExt};
 
 use super::vectors::{parts, parts_mut, vectorize};
@@ -7,7 +9,7 @@ use crate::trained::LayerWeights;
 
 /// The shape of a [`Network`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Shape {
+pub struct Shape {
     /// The lengths of the input, of the hidden layers and of the output.
     pub(crate) sizes: Vec<usize>,
     /// Whether hidden layers are normalized.
@@ -44,17 +46,21 @@ pub(crate) struct ParametersMut<'a> {
 }
 
 impl Shape {
-    pub(crate) fn new(inputs: usize, hidden: &[usize], outputs: usize, layer_norm: bool) -> Self {
+    /// Describes a network with inputs, hidden layers and outputs of these lengths, each at least 1.
+    /// With `layer_norm`, hidden layers are normalized before their rectified linear units.
+    #[must_use]
+    pub fn new(inputs: usize, hidden: &[usize], outputs: usize, layer_norm: bool) -> Self {
         Self { sizes: [&[inputs], hidden, &[outputs]].concat(), layer_norm }
     }
 
     /// Returns the length of an input.
-    pub(crate) fn num_inputs(&self) -> usize {
+    #[must_use]
+    pub fn num_inputs(&self) -> usize {
         self.sizes[0]
     }
 
     /// Returns the layers, from the first to the last.
-    pub(crate) fn layers(&self) -> Vec<Layer> {
+    pub(super) fn layers(&self) -> Vec<Layer> {
         let num_layers = self.sizes.len() - 1;
         let mut start = 0;
         (0..num_layers)
@@ -74,7 +80,8 @@ impl Shape {
     }
 
     /// Returns the number of parameters.
-    pub(crate) fn len(&self) -> usize {
+    #[must_use]
+    pub fn num_parameters(&self) -> usize {
         self.layers().iter().flat_map(|layer| layer.lens()).sum()
     }
 }
@@ -100,18 +107,27 @@ impl Layer {
 }
 
 /// A multilayer perceptron with rectified linear units, and optionally layer normalization before
-/// each of them.
+/// each of them. Its outputs have no bounds.
+///
+/// All parameters lie in one vector, as their gradient does.
 #[derive(Clone)]
-pub(crate) struct Network {
+pub struct Network {
     pub(crate) shape: Shape,
     pub(crate) parameters: Vec<f32>,
+}
+
+impl fmt::Debug for Network {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Network").field("shape", &self.shape).finish_non_exhaustive()
+    }
 }
 
 impl Network {
     /// Draws weights and biases uniformly from `[-1 / sqrt(inputs), 1 / sqrt(inputs)]`, as PyTorch
     /// does, those of the last layer times `last_scale`.
-    pub(crate) fn init(shape: Shape, last_scale: f32, rng: &mut impl Rng) -> Self {
-        let mut parameters = vec![0.0; shape.len()];
+    #[must_use]
+    pub fn init(shape: Shape, last_scale: f32, rng: &mut impl Rng) -> Self {
+        let mut parameters = vec![0.0; shape.num_parameters()];
         for layer in shape.layers() {
             let scale = if layer.is_hidden { 1.0 } else { last_scale };
             let bound = scale / (layer.num_inputs as f32).sqrt();
@@ -123,8 +139,16 @@ impl Network {
         Self { shape, parameters }
     }
 
-    /// Returns the weights of all layers, without normalizations.
-    pub(crate) fn layer_weights(&self) -> Vec<LayerWeights> {
+    /// Returns the shape.
+    #[must_use]
+    pub const fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// Returns the weights of all layers, without normalizations: what
+    /// [`Algorithm::greedy_layers`](crate::learn::Algorithm::greedy_layers) returns of an actor.
+    #[must_use]
+    pub fn layer_weights(&self) -> Vec<LayerWeights> {
         let weights = |layer: Layer| {
             let Parameters { weights, biases, .. } = layer.of(&self.parameters);
             LayerWeights {
@@ -136,8 +160,9 @@ impl Network {
         self.shape.layers().into_iter().map(weights).collect()
     }
 
-    /// Moves the parameters a fraction of the way towards those of another network.
-    pub(crate) fn follow(&mut self, other: &Self, fraction: f32) {
+    /// Moves the parameters a fraction of the way towards those of another network of the same
+    /// shape, as target networks do.
+    pub fn follow(&mut self, other: &Self, fraction: f32) {
         vectorize(
             #[inline(always)]
             || {
@@ -148,8 +173,8 @@ impl Network {
         );
     }
 
-    /// Returns the parameters with their name.
-    pub(crate) fn vectors_mut(&mut self) -> [(&'static str, &mut Vec<f32>); 1] {
+    /// Returns the parameters with their name, for [`StateMut::push`](crate::learn::StateMut::push).
+    pub fn vectors_mut(&mut self) -> [(&'static str, &mut Vec<f32>); 1] {
         [("parameters", &mut self.parameters)]
     }
 }

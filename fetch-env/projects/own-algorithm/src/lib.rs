@@ -2,13 +2,14 @@
 //! the trainer provides the environments, the relabeling, the evaluation and the checkpoints.
 //!
 //! Source: Fujimoto et al., *Addressing function approximation error in actor-critic methods*,
-//! 2018. The networks are small and written as plain loops, so that everything can be read here.
+//! 2018. Networks, their gradients and the optimizer are those of `baselines::learn::network`.
 
 use baselines::LayerWeights;
+use baselines::learn::network::{Network, Pass, Shape, Trained};
 use baselines::learn::{
     Algorithm, AlgorithmInit, AlgorithmSettings, Losses, StateMut, TrainError, Transitions,
 };
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
@@ -73,139 +74,45 @@ pub fn build(
     }
 }
 
-/// A multilayer perceptron with rectified linear units that learns with Adam.
+/// A network that learns, and the target network that follows it.
 #[derive(Debug)]
 struct Learning {
-    /// The lengths of the input, of the hidden layers and of the output.
-    sizes: Vec<usize>,
-    /// The weights of each layer, a row for each input, and its biases.
-    parameters: Vec<f32>,
-    /// The parameters of the target network, which follows this one.
-    target: Vec<f32>,
-    first_moment: Vec<f32>,
-    second_moment: Vec<f32>,
+    trained: Trained,
+    target: Network,
+    pass: Pass,
+    /// The gradient of the parameters, and then the losses: processes average both.
+    gradient: Vec<f32>,
 }
 
 impl Learning {
-    /// Draws parameters from `[-1 / sqrt(inputs), 1 / sqrt(inputs)]`.
-    fn new(sizes: Vec<usize>, rng: &mut impl Rng) -> Self {
-        let mut parameters = Vec::new();
-        for pair in sizes.windows(2) {
-            let bound = 1.0 / (pair[0] as f32).sqrt();
-            let len = (pair[0] + 1) * pair[1];
-            parameters.extend((0..len).map(|_| rng.random_range(-bound..=bound)));
-        }
-        let zeros = vec![0.0; parameters.len()];
-        let target = parameters.clone();
-        Self { sizes, parameters, target, first_moment: zeros.clone(), second_moment: zeros }
+    fn new(shape: Shape, num_losses: usize, learning_rate: f32, rng: &mut ChaCha8Rng) -> Self {
+        let gradient = vec![0.0; shape.num_parameters() + num_losses];
+        let network = Network::init(shape, 1.0, rng);
+        let target = network.clone();
+        let trained = Trained::new(network, learning_rate);
+        Self { trained, target, pass: Pass::default(), gradient }
     }
 
-    /// Takes step `number`, counted from 1, against a gradient, and lets the target follow.
-    fn step(&mut self, number: u64, gradient: &[f32], settings: &Td3Settings) {
-        let correction = |beta: f32| 1.0 - beta.powf(number as f32);
-        let rate = settings.learning_rate * correction(0.999).sqrt() / correction(0.9);
-        let moments = self.first_moment.iter_mut().zip(&mut self.second_moment);
-        let parameters = self.parameters.iter_mut().zip(&mut self.target);
-        for (((parameter, target), (first, second)), slope) in parameters.zip(moments).zip(gradient)
-        {
-            *first = 0.9 * *first + 0.1 * slope;
-            *second = 0.999 * *second + 0.001 * slope * slope;
-            *parameter -= rate * *first / (second.sqrt() + 1e-8);
-            *target += settings.target_fraction * (*parameter - *target);
-        }
+    /// Computes the gradient of a loss from its slopes with respect to the last outputs.
+    fn backward(&mut self, losses: &[f32], slope: impl Fn(usize, f32) -> f32) {
+        let len = self.gradient.len() - losses.len();
+        let (gradient, rest) = self.gradient.split_at_mut(len);
+        self.pass.backward(self.trained.network(), slope, Some(gradient), 0);
+        rest.copy_from_slice(losses);
     }
 
-    fn run(&self, inputs: Vec<f32>) -> Pass<'_> {
-        Pass::run(&self.sizes, &self.parameters, inputs)
-    }
-
-    fn run_target(&self, inputs: Vec<f32>) -> Pass<'_> {
-        Pass::run(&self.sizes, &self.target, inputs)
+    /// Takes step `number`, counted from 1, against the gradient, and lets the target follow.
+    /// Returns the losses.
+    fn step(&mut self, number: u64, target_fraction: f32) -> &[f32] {
+        let len = self.target.shape().num_parameters();
+        self.trained.step(number, 1.0, &self.gradient[..len]);
+        self.target.follow(self.trained.network(), target_fraction);
+        &self.gradient[len..]
     }
 
     fn push_to<'a>(&'a mut self, name: &str, state: &mut StateMut<'a>) {
-        for (part, vector) in [
-            ("parameters", &mut self.parameters),
-            ("target", &mut self.target),
-            ("first_moment", &mut self.first_moment),
-            ("second_moment", &mut self.second_moment),
-        ] {
-            state.vectors.push((format!("{name}.{part}"), vector));
-        }
-    }
-}
-
-/// Returns the number of inputs, the weights and the biases of each layer.
-fn layers<'a>(
-    sizes: &'a [usize],
-    mut parameters: &'a [f32],
-) -> impl Iterator<Item = (usize, &'a [f32], &'a [f32])> {
-    sizes.windows(2).map(move |pair| {
-        let (weights, others) = parameters.split_at(pair[0] * pair[1]);
-        let (biases, others) = others.split_at(pair[1]);
-        parameters = others;
-        (pair[0], weights, biases)
-    })
-}
-
-/// What a network has computed for some rows.
-struct Pass<'a> {
-    sizes: &'a [usize],
-    parameters: &'a [f32],
-    /// The inputs, and the outputs of each layer.
-    outputs: Vec<Vec<f32>>,
-}
-
-impl<'a> Pass<'a> {
-    fn run(sizes: &'a [usize], parameters: &'a [f32], inputs: Vec<f32>) -> Self {
-        let mut outputs = vec![inputs];
-        for (number, (num_inputs, weights, biases)) in layers(sizes, parameters).enumerate() {
-            let mut layer = Vec::new();
-            for input in outputs[number].chunks_exact(num_inputs) {
-                let start = layer.len();
-                layer.extend_from_slice(biases);
-                let output = &mut layer[start..];
-                for (x, weights) in input.iter().zip(weights.chunks_exact(biases.len())) {
-                    output.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += x * weight);
-                }
-                if number + 2 < sizes.len() {
-                    output.iter_mut().for_each(|value| *value = value.max(0.0));
-                }
-            }
-            outputs.push(layer);
-        }
-        Self { sizes, parameters, outputs }
-    }
-
-    fn outputs(&self) -> &[f32] {
-        &self.outputs[self.outputs.len() - 1]
-    }
-
-    /// Returns the gradients of the parameters and of the inputs, given that of the outputs.
-    fn backward(&self, mut slopes: Vec<f32>) -> (Vec<f32>, Vec<f32>) {
-        let mut gradient = Vec::new();
-        let layers: Vec<_> = layers(self.sizes, self.parameters).collect();
-        for (number, (num_inputs, weights, biases)) in layers.into_iter().enumerate().rev() {
-            let num_outputs = biases.len();
-            let mut of_layer = vec![0.0; weights.len() + num_outputs];
-            let (by_weight, by_bias) = of_layer.split_at_mut(weights.len());
-            let mut before = Vec::with_capacity(self.outputs[number].len());
-            let rows = self.outputs[number].chunks_exact(num_inputs);
-            for (input, slope) in rows.zip(slopes.chunks_exact(num_outputs)) {
-                by_bias.iter_mut().zip(slope).for_each(|(sum, slope)| *sum += slope);
-                let weights = weights.chunks_exact(num_outputs);
-                let by_weight = by_weight.chunks_exact_mut(num_outputs);
-                for ((x, weights), by_weight) in input.iter().zip(weights).zip(by_weight) {
-                    by_weight.iter_mut().zip(slope).for_each(|(sum, slope)| *sum += x * slope);
-                    let by_input = weights.iter().zip(slope).map(|(w, slope)| w * slope).sum();
-                    // Where a rectified linear unit is at 0, so is its slope.
-                    before.push(if number > 0 && *x <= 0.0 { 0.0 } else { by_input });
-                }
-            }
-            gradient.splice(0..0, of_layer);
-            slopes = before;
-        }
-        (gradient, slopes)
+        state.push(name, self.trained.vectors_mut());
+        state.push(&format!("target_{name}"), self.target.vectors_mut());
     }
 }
 
@@ -222,14 +129,14 @@ impl Td3 {
     #[must_use]
     pub fn new(settings: Td3Settings, init: AlgorithmInit) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(init.seed);
-        let mut learning = |num_inputs: usize, num_outputs: usize| {
-            let sizes = [&[num_inputs], settings.hidden.as_slice(), &[num_outputs]].concat();
-            Learning::new(sizes, &mut rng)
+        let mut learning = |num_inputs: usize, num_outputs: usize, num_losses: usize| {
+            let shape = Shape::new(num_inputs, &settings.hidden, num_outputs, false);
+            Learning::new(shape, num_losses, settings.learning_rate, &mut rng)
         };
         let AlgorithmInit { num_inputs, num_actions, .. } = init;
         Self {
-            actor: learning(num_inputs, num_actions),
-            critics: [(); 2].map(|()| learning(num_inputs + num_actions, 1)),
+            actor: learning(num_inputs, num_actions, 1),
+            critics: [(); 2].map(|()| learning(num_inputs + num_actions, 1, 2)),
             settings,
             init,
             num_updates: 0,
@@ -238,58 +145,51 @@ impl Td3 {
 
     /// Returns the targets of the critics: the reward plus the discounted lower value of the next
     /// state, for an action near the target actor's.
-    fn targets(&self, batch: Transitions<'_>) -> Vec<f32> {
+    fn targets(&mut self, batch: Transitions<'_>) -> Vec<f32> {
         let Td3Settings { target_noise, target_noise_clip, .. } = self.settings;
         let mut rng = ChaCha8Rng::seed_from_u64(self.init.seed);
         // Stream 0 has drawn the first weights; each process has its own streams.
         rng.set_stream((self.init.rank as u64) << 48 | self.num_updates);
-        let next = self.actor.run_target(batch.next_input.to_vec());
         let noisy = |output: &f32| {
             let noise = target_noise * rng.sample::<f32, _>(StandardNormal);
             (output.tanh() + noise.clamp(-target_noise_clip, target_noise_clip)).clamp(-1.0, 1.0)
         };
-        let next_actions: Vec<f32> = next.outputs().iter().map(noisy).collect();
-        let joined = self.joined(batch.next_input, &next_actions);
-        let [first, second] = self.critics.each_ref().map(|it| it.run_target(joined.clone()));
-        let values = first.outputs().iter().zip(second.outputs()).map(|(a, b)| a.min(*b));
+        let Self { actor, critics: [first, second], .. } = self;
+        let next = actor.pass.run(&actor.target, batch.next_input);
+        let actions: Vec<f32> = next.iter().map(noisy).collect();
+        let values = first.pass.run_joined(&first.target, batch.next_input, &actions);
+        let others = second.pass.run_joined(&second.target, batch.next_input, &actions);
+        let values = values.iter().zip(others).map(|(value, other)| value.min(*other));
         let rows = batch.reward.iter().zip(batch.discount).zip(values);
         rows.map(|((reward, discount), value)| reward + discount * value).collect()
     }
 
-    /// Returns the gradient of a critic's mean squared error, followed by the error and the mean
-    /// value.
-    fn critic_gradient(critic: &Learning, joined: Vec<f32>, targets: &[f32]) -> Vec<f32> {
-        let share = 1.0 / targets.len() as f32;
-        let pass = critic.run(joined);
-        let errors = || pass.outputs().iter().zip(targets).map(|(value, target)| value - target);
-        let (mut gradient, _) = pass.backward(errors().map(|error| 2.0 * share * error).collect());
-        gradient.push(share * errors().map(|error| error * error).sum::<f32>());
-        gradient.push(share * pass.outputs().iter().sum::<f32>());
-        gradient
-    }
-
-    /// Returns the gradient of the actor's loss, the negative mean value of its actions, followed
-    /// by the loss.
-    fn actor_gradient(&self, batch: Transitions<'_>) -> Vec<f32> {
+    /// Computes the gradient of a critic's mean squared error, and the error and the mean value.
+    fn critic_gradient(critic: &mut Learning, batch: Transitions<'_>, targets: &[f32]) {
         let share = 1.0 / batch.len as f32;
-        let AlgorithmInit { num_inputs, num_actions, .. } = self.init;
-        let pass = self.actor.run(batch.input.to_vec());
-        let actions: Vec<f32> = pass.outputs().iter().map(|output| output.tanh()).collect();
-        let values = self.critics[0].run(self.joined(batch.input, &actions));
-        let (_, by_input) = values.backward(vec![-share; batch.len]);
-        let by_action =
-            by_input.chunks_exact(num_inputs + num_actions).flat_map(|row| &row[num_inputs..]);
-        let slopes = by_action.zip(&actions).map(|(slope, action)| slope * (1.0 - action * action));
-        let (mut gradient, _) = pass.backward(slopes.collect());
-        gradient.push(-share * values.outputs().iter().sum::<f32>());
-        gradient
+        let network = critic.trained.network();
+        let values = critic.pass.run_joined(network, batch.input, batch.action);
+        let errors = values.iter().zip(targets).map(|(value, target)| value - target);
+        let loss = share * errors.map(|error| error * error).sum::<f32>();
+        let value = share * values.iter().sum::<f32>();
+        critic.backward(&[loss, value], |row, value| 2.0 * share * (value - targets[row]));
     }
 
-    /// Returns inputs, each followed by its action.
-    fn joined(&self, inputs: &[f32], actions: &[f32]) -> Vec<f32> {
-        let AlgorithmInit { num_inputs, num_actions, .. } = self.init;
-        let rows = inputs.chunks_exact(num_inputs).zip(actions.chunks_exact(num_actions));
-        rows.flat_map(|(input, action)| input.iter().chain(action)).copied().collect()
+    /// Computes the gradient of the actor's loss, the negative mean value of its actions, and the
+    /// loss.
+    fn actor_gradient(&mut self, batch: Transitions<'_>) {
+        let share = 1.0 / batch.len as f32;
+        let Self { actor, critics: [critic, _], .. } = self;
+        let outputs = actor.pass.run(actor.trained.network(), batch.input);
+        let actions: Vec<f32> = outputs.iter().map(|output| output.tanh()).collect();
+        let network = critic.trained.network();
+        let values = critic.pass.run_joined(network, batch.input, &actions);
+        let loss = -share * values.iter().sum::<f32>();
+        let num_actions = self.init.num_actions;
+        let by_action = critic.pass.backward(network, |_, _| -share, None, num_actions);
+        actor.backward(&[loss], |index, _| {
+            by_action[index] * (1.0 - actions[index] * actions[index])
+        });
     }
 }
 
@@ -305,40 +205,35 @@ impl Algorithm for Td3 {
     fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
         self.num_updates += 1;
         let targets = self.targets(batch);
-        let joined = self.joined(batch.input, batch.action);
         let mut losses = Losses::default();
         for critic in &mut self.critics {
-            let mut gradient = Self::critic_gradient(critic, joined.clone(), &targets);
-            average(&mut gradient);
-            let [.., loss, value] = gradient[..] else { continue };
+            Self::critic_gradient(critic, batch, &targets);
+            average(&mut critic.gradient);
+            let [loss, value] = *critic.step(self.num_updates, self.settings.target_fraction)
+            else {
+                continue;
+            };
             losses.critic += loss;
             losses.value += 0.5 * value;
-            critic.step(self.num_updates, &gradient, &self.settings);
         }
         if self.num_updates.is_multiple_of(self.settings.actor_interval) {
-            let mut gradient = self.actor_gradient(batch);
-            average(&mut gradient);
-            losses.actor = gradient.last().copied().unwrap_or_default();
+            self.actor_gradient(batch);
+            average(&mut self.actor.gradient);
             let number = self.num_updates / self.settings.actor_interval;
-            self.actor.step(number, &gradient, &self.settings);
+            losses.actor = self.actor.step(number, self.settings.target_fraction)[0];
         }
         losses
     }
 
     fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
-        let pass = self.actor.run(inputs.to_vec());
-        for ((action, output), noise) in actions.iter_mut().zip(pass.outputs()).zip(noise) {
+        let outputs = self.actor.pass.run(self.actor.trained.network(), inputs);
+        for ((action, output), noise) in actions.iter_mut().zip(outputs).zip(noise) {
             *action = (output.tanh() + self.settings.noise * noise).clamp(-1.0, 1.0);
         }
     }
 
     fn greedy_layers(&self) -> Vec<LayerWeights> {
-        let layer = |(num_inputs, weights, biases): (usize, &[f32], &[f32])| LayerWeights {
-            num_inputs,
-            weights: weights.to_vec(),
-            biases: biases.to_vec(),
-        };
-        layers(&self.actor.sizes, &self.actor.parameters).map(layer).collect()
+        self.actor.trained.network().layer_weights()
     }
 
     fn state_mut(&mut self) -> StateMut<'_> {
