@@ -244,6 +244,14 @@ pub enum CheckpointError {
         /// The file.
         path: PathBuf,
     },
+    /// The run in a folder has other settings, or another seed.
+    #[error("the run in {} has {what}: pass the same, or choose another folder", folder.display())]
+    OtherSettings {
+        /// The folder.
+        folder: PathBuf,
+        /// What it has.
+        what: String,
+    },
     /// The state of the environments cannot be taken or restored.
     #[error("the environments do not fit the checkpoint")]
     Envs(#[source] VecEnvError),

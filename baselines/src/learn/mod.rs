@@ -8,7 +8,7 @@
 //! The same settings and the same seed give the same curve and the same policy, bit for bit, on any
 //! number of threads, and whether or not the run was stopped and [resumed](Trainer::resume). They
 //! are the same on every x86_64 (AVX-512, AVX2 or neither) and aarch64 processor if the environment
-//! is: MuJoCo differs between the two architectures, the kinematic stand-in does not. Tests run on
+//! is: MuJoCo differs between the two architectures, the kinematic simulator does not. Tests run on
 //! all of these, some of them in QEMU. A processor without fused multiply-add takes many times as
 //! long, because a function of the C library replaces it.
 //!
@@ -35,6 +35,15 @@
 //! ```
 //!
 //! Networks are small multilayer perceptrons in `f32`, computed on the processor.
+//!
+//! # Debug builds
+//! Without optimization, learning is about 160 times slower, and [`Trainer::new`] warns through
+//! `tracing`. Run with `--release`, or add to your project's `Cargo.toml`:
+//!
+//! ```toml
+//! [profile.dev.package."*"]
+//! opt-level = 3
+//! ```
 
 mod algorithm;
 mod checkpoint;
@@ -57,5 +66,6 @@ pub use run::{
 };
 pub use settings::{
     algorithm::{AlgorithmSettings, DdpgSettings, SacSettings},
+    by_name::{Preset, SettingError, limits, nearest},
     train::{ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings, TrainSettings},
 };

@@ -5,6 +5,7 @@ mod damaged_checkpoints;
 mod evaluating;
 mod folders;
 mod offline;
+mod presets;
 mod ranks;
 mod resuming;
 mod rewards;

@@ -219,8 +219,8 @@ impl Counted {
         let build = |settings: &_, init| self.build(settings, init);
         let mut settings = imitating();
         // All transitions are equally likely.
-        settings.replay.already_achieved = 1.0;
-        settings.replay.still_kept = 1.0;
+        settings.replay.keep_already_achieved = 1.0;
+        settings.replay.keep_motionless = 1.0;
         Trainer::with_algorithm(make, settings, 0, 1, workers, build)
     }
 

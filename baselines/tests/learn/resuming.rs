@@ -153,3 +153,30 @@ fn a_checkpoint_of_another_environment_is_refused() -> Result {
     assert!(matches!(other, Err(CheckpointError::Foreign { .. })), "{other:?}");
     Ok(())
 }
+
+#[test]
+fn a_folder_begins_a_run_once_and_then_continues_it() -> Result {
+    let folder = tempdir()?;
+    let settings = settings(ddpg());
+    for place in [folder.path().join("missing"), folder.path().to_owned()] {
+        let begun = Trainer::resume_or_new(make, settings.clone(), 1, 1, place)?;
+        assert_eq!(begun.counters().steps, 0);
+    }
+    let mut trainer = Trainer::new(make, settings.clone(), 1, 1)?;
+    trainer.cycle()?;
+    trainer.save(folder.path())?;
+    let resumed = Trainer::resume_or_new(make, settings.clone(), 1, 1, folder.path())?;
+    assert_eq!(resumed.counters(), trainer.counters());
+
+    let seed = Trainer::resume_or_new(make, settings.clone(), 2, 1, folder.path());
+    let mut other = settings;
+    other.replay.future_k = 2.0;
+    let other = Trainer::resume_or_new(make, other, 1, 1, folder.path());
+    for (refused, expected) in [(seed, "the seed 1"), (other, "other settings")] {
+        let Err(CheckpointError::OtherSettings { what, .. }) = refused else {
+            panic!("{refused:?}");
+        };
+        assert_eq!(what, expected);
+    }
+    Ok(())
+}

@@ -36,13 +36,13 @@ pub(crate) fn all_on(algorithm: AlgorithmSettings) -> TrainSettings {
     settings.replay.mirrored = 0.5;
     settings.replay.goal_noise = 0.04;
     settings.replay.goal_noise_share = 0.5;
-    settings.replay.strictness = 1.25;
+    settings.replay.distance_factor = 1.25;
     settings.replay.n_step = 3;
     settings.replay.n_step_updates = Some(60);
-    settings.exploration.held_actions = 5;
-    settings.exploration.random_beginning = 3;
-    settings.exploration.far_starts = 0.5;
-    settings.exploration.quiet_episodes = 0.25;
+    settings.exploration.max_action_hold = 5;
+    settings.exploration.max_random_start_steps = 3;
+    settings.exploration.far_start_share = 0.5;
+    settings.exploration.noise_free_share = 0.25;
     settings.inputs.left_out = vec![1];
     settings
 }
@@ -177,7 +177,10 @@ fn settings_that_presume_nothing_are_read_as_they_are_written() -> Result {
     let json = serde_json::to_string(&settings)?;
     assert!(json.contains(r#""evaluation_interval":null"#), "{json}");
     assert_eq!(serde_json::from_str::<TrainSettings>(&json)?, settings);
-    assert_eq!((settings.replay.still_kept, settings.replay.already_achieved), (1.0, 1.0));
+    assert_eq!(
+        (settings.replay.keep_motionless, settings.replay.keep_already_achieved),
+        (1.0, 1.0)
+    );
     Ok(())
 }
 

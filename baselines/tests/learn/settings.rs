@@ -2,8 +2,8 @@
 
 use allocation_counter::measure;
 use baselines::learn::{
-    AlgorithmInit, AlgorithmSettings, Ddpg, DdpgSettings, RunError, Sac, SacSettings, TrainError,
-    TrainSettings, Trainer,
+    AlgorithmInit, AlgorithmSettings, Ddpg, DdpgSettings, Preset, RunError, Sac, SacSettings,
+    TrainError, TrainSettings, Trainer,
 };
 use fetch_env::Task;
 use serde_json::Value;
@@ -146,23 +146,23 @@ fn settings_out_of_range_are_named() {
         ("evaluation_interval", |all, _| all.schedule.evaluation_interval = Some(0)),
         ("batch_size", |all, _| all.replay.batch_size = 0),
         ("batch_size", |all, _| all.replay.batch_size = usize::MAX),
-        ("already_achieved", |all, _| all.replay.already_achieved = 1.5),
+        ("keep_already_achieved", |all, _| all.replay.keep_already_achieved = 1.5),
         ("future_k", |all, _| all.replay.future_k = f64::NAN),
-        ("past_desired", |all, _| all.replay.past_desired = -1.0),
+        ("past_goal_weight", |all, _| all.replay.past_goal_weight = -1.0),
         ("mirrored", |all, _| all.replay.mirrored = 1.5),
         ("goal_noise", |all, _| all.replay.goal_noise = f64::INFINITY),
         ("goal_noise_share", |all, _| all.replay.goal_noise_share = -0.5),
-        ("strictness", |all, _| all.replay.strictness = 0.5),
+        ("distance_factor", |all, _| all.replay.distance_factor = 0.5),
         ("n_step", |all, _| all.replay.n_step = 0),
         ("n_step", |all, _| all.replay.n_step = 51),
         ("n_step_updates", |all, _| all.replay.n_step_updates = Some(u64::MAX)),
-        ("held_actions", |all, _| all.exploration.held_actions = 0),
-        ("random_beginning", |all, _| all.exploration.random_beginning = 1_001),
-        ("far_starts", |all, _| all.exploration.far_starts = 1.5),
-        ("quiet_episodes", |all, _| all.exploration.quiet_episodes = -0.5),
+        ("max_action_hold", |all, _| all.exploration.max_action_hold = 0),
+        ("max_random_start_steps", |all, _| all.exploration.max_random_start_steps = 1_001),
+        ("far_start_share", |all, _| all.exploration.far_start_share = 1.5),
+        ("noise_free_share", |all, _| all.exploration.noise_free_share = -0.5),
         ("halving_interval", |_, ddpg| ddpg.halving_interval = Some(0)),
         ("halving_start", |_, ddpg| ddpg.halving_start = u64::MAX),
-        ("strictness", |all, _| all.replay.strictness = f64::NAN),
+        ("distance_factor", |all, _| all.replay.distance_factor = f64::NAN),
         ("min_std", |all, _| all.inputs.min_std = 0.0),
         ("random_action", |all, _| all.exploration.random_action = f64::NAN),
         ("random_episode_share", |all, _| all.exploration.random_episode_share = 9.0),
@@ -219,4 +219,45 @@ fn algorithms_refuse_settings_and_lengths_by_themselves() {
             other => panic!("{setting}: {other:?}"),
         }
     }
+}
+
+/// Returns every setting with its name.
+fn named(value: &Value) -> Vec<(&String, &Value)> {
+    let entries = value.as_object().into_iter().flatten();
+    let all = entries.map(|(name, value)| match value {
+        Value::Object(_) => named(value),
+        _ => vec![(name, value)],
+    });
+    all.flatten().collect()
+}
+
+#[test]
+fn every_setting_is_changed_by_its_name() -> Result {
+    for settings in small() {
+        // By way of text, in which an `f32` has its own digits.
+        let value: Value = serde_json::from_str(&serde_json::to_string(&settings)?)?;
+        for (name, value) in named(&value) {
+            assert_eq!(settings.with(&format!("{name}={value}"))?, settings, "{name}");
+        }
+        let changed = settings.with("gamma=0.5")?.with("left_out=[3]")?;
+        assert_ne!(changed, settings);
+        assert_eq!(TrainSettings::from_json(&serde_json::to_string(&changed)?)?, changed);
+        for (wrong, expected) in [
+            ("gama=0.9", "there is no setting gama; did you mean gamma?"),
+            ("gamma", "write KEY=VALUE"),
+            ("gamma=much", "much is not a number"),
+            ("hidden=0.5", "0.5 is not a value of hidden: "),
+            ("gamma=2", "gamma is 2.0: choose from 0.0 to 1.0"),
+        ] {
+            let error = settings.with(wrong).expect_err(wrong).to_string();
+            assert!(error.starts_with(expected), "{error}");
+        }
+    }
+    for preset in Preset::ALL {
+        assert_eq!(preset.name().parse::<Preset>()?, preset);
+        preset.settings(Task::Push).check()?;
+    }
+    let error = "fats".parse::<Preset>().expect_err("no preset").to_string();
+    assert_eq!(error, "there is no preset fats; did you mean fast? All are: authors, book, fast");
+    Ok(())
 }

@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 
 use baselines::{
     evaluate_vec_while,
-    learn::{self, CheckpointError, Target, TrainSettings},
+    learn::{self, CheckpointError, Preset, Target, TrainSettings},
 };
 use fetch_env::{EnvError, FetchConfig, MujocoEnv, make, make_vec, vec_env::VecConfig};
 use pyo3::{Borrowed, exceptions::PyTypeError, prelude::*, types::PyBool};
@@ -78,37 +78,17 @@ impl Trainer {
             number => number,
         };
         let env: FetchConfig = config.config.clone();
-        let settings = match settings {
-            "fast" => TrainSettings::fast(env.task()),
-            "book" => TrainSettings::book(env.task()),
-            "authors" => TrainSettings::authors(),
-            json if json.starts_with('{') => serde_json::from_str(json).map_err(|error| {
-                Error::value(format!("these are not settings of the learner: {error}"))
-            })?,
-            name => {
-                return Err(Error::value(format!(
-                    "there is no preset {name:?}: pass \"fast\", \"book\", \"authors\" or \
-                     settings"
-                )));
-            }
+        let settings = if settings.starts_with('{') {
+            TrainSettings::from_json(settings).map_err(Error::chain)?
+        } else {
+            settings.parse::<Preset>().map_err(Error::chain)?.settings(env.task())
         };
         let make = || -> Result<_, EnvError> { Ok(make(env.clone())?) };
         let run = simulate(py, || match resumed {
             None => learn::Trainer::new(make, settings, seed, num_threads).map_err(Error::chain),
             Some(folder) => {
-                let run = learn::Trainer::resume(make, &folder, num_threads);
-                let run = run.map_err(Error::chain)?;
-                let differs = |what: String| {
-                    Err(Error::value(format!(
-                        "the run in {} has {what}: pass the same, or choose another folder",
-                        folder.display()
-                    )))
-                };
-                match run.seed() {
-                    other if other != seed => differs(format!("the seed {other}")),
-                    _ if *run.settings() != settings => differs("other settings".to_owned()),
-                    _ => Ok(run),
-                }
+                learn::Trainer::resume_or_new(make, settings, seed, num_threads, folder)
+                    .map_err(Error::chain)
             }
         })?;
         let target =

@@ -2,16 +2,13 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use baselines::Estimate;
+use baselines::{Estimate, learn::limits};
 use fetch_env::EnvId;
 use serde::{Deserialize, Serialize};
 
 use crate::{
     shared::json::replace_file,
-    train::{
-        curve_line::{CurveLine, csv_text, rate, reached, read_csv, seconds},
-        limits,
-    },
+    train::curve_line::{CurveLine, csv_text, rate, reached, read_csv, seconds},
 };
 
 /// The runs of an environment and a preset.

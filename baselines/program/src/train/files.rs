@@ -9,7 +9,7 @@ use std::{
 use anyhow::{Context, bail, ensure};
 use baselines::{
     SuccessRate, TrainedPolicy,
-    learn::{Counters, CurveRow, checkpoints},
+    learn::{Counters, CurveRow, Preset, checkpoints, limits},
 };
 use fetch_env::EnvId;
 use her_relabel::files::read_text;
@@ -19,7 +19,6 @@ use super::{
     Args,
     curve_line::{CurveLine, csv_text, read_csv},
     lock::{LOCK, RunLock},
-    options::Preset,
 };
 use crate::shared::{
     choice::{ModelChoice, flag_name},
@@ -56,7 +55,7 @@ pub struct Run {
 impl Run {
     /// Describes a new run.
     pub fn new(args: &Args, seed: u64) -> Self {
-        let (steps, target) = super::limits(args.env_id.task);
+        let (steps, target) = limits(args.env_id.task);
         Self {
             env_id: args.env_id.to_string(),
             model: args.model,
@@ -92,7 +91,7 @@ impl Run {
             format!("demos={}", file_name(&stem.to_string_lossy()).replace('-', "%2D"))
         });
         let changes = self.changes.iter().map(|change| file_name(change));
-        let parts = [file_name(&self.env_id), flag_name(self.preset)];
+        let parts = [file_name(&self.env_id), self.preset.to_string()];
         parts.into_iter().chain(demos).chain(changes).collect::<Vec<_>>().join("-")
     }
 

@@ -17,16 +17,16 @@ use std::{
 use crate::output::tell;
 use baselines::{
     Estimate,
-    learn::{CurveRow, Resumed, Target, TrainError, TrainSettings, Trainer, UpdateSeconds},
+    learn::{CurveRow, Preset, Resumed, Target, TrainError, TrainSettings, Trainer, UpdateSeconds},
     workers::Workers,
 };
-use fetch_env::{EnvError, EnvId, MujocoEnv, Task};
+use fetch_env::{EnvError, EnvId, MujocoEnv};
 use indicatif::ProgressBar;
 
 use self::{
     files::{Outcome, Run, RunFiles},
     finish::{Course, Length, first_signal},
-    options::{AlgorithmChoice, Preset},
+    options::AlgorithmChoice,
 };
 use crate::output::usage;
 use crate::shared::{
@@ -43,8 +43,10 @@ pub struct Args {
     /// Environment
     #[arg(long, default_value = "FetchReach-v4")]
     env_id: EnvId,
-    /// Settings to start from
-    #[arg(long, value_enum, default_value_t = Preset::Fast)]
+    /// Settings to start from: fast (learn soonest on a few cores), book (fast with SAC, and the
+    /// discount and temperature of the chapter's book) or authors (those of openai/baselines, in one
+    /// process)
+    #[arg(long, default_value_t = Preset::Fast)]
     preset: Preset,
     /// Algorithm, with its default settings if it is not the preset's
     #[arg(long, value_enum)]
@@ -309,23 +311,4 @@ fn figures(outcomes: &[Outcome]) -> Vec<(String, Metric)> {
         push("episode_return_mean", Metric::new(outcome.episode_return_mean, "1"));
     }
     figures
-}
-
-/// Returns the steps and the success rate at which a run ends by default.
-pub const fn limits(task: Task) -> (u64, f64) {
-    match task {
-        Task::Reach => (10_000, 1.0),
-        Task::Push => (500_000, 0.9),
-        Task::PickAndPlace => (1_500_000, 0.9),
-        Task::Slide => (4_000_000, 0.7),
-    }
-}
-
-/// Returns the settings that a preset has for a task.
-fn preset(preset: Preset, env_id: EnvId) -> TrainSettings {
-    match preset {
-        Preset::Authors => TrainSettings::authors(),
-        Preset::Book => TrainSettings::book(env_id.task),
-        Preset::Fast => TrainSettings::fast(env_id.task),
-    }
 }

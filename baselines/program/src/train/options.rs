@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::Context;
 use baselines::{
     Policy, ScriptedPolicy,
     learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
@@ -13,23 +13,11 @@ use goal_reward::GoalReward;
 use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError, files::read};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde::Serialize;
 
-use super::{Args, make, preset};
+use super::{Args, make};
 use crate::output::usage;
 use crate::shared::choice::flag_name;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Preset {
-    /// Settings of openai/baselines, in one process
-    Authors,
-    /// Settings of fast, with SAC and the discount and temperature of the chapter's book
-    Book,
-    /// Settings that learn fastest on a few cores
-    Fast,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -58,7 +46,7 @@ pub fn facts(args: &Args) -> [(&'static str, String); 10] {
 
 /// Returns the settings that the flags describe.
 pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
-    let mut settings = preset(args.preset, args.env_id);
+    let mut settings = args.preset.settings(args.env_id.task);
     match (args.algorithm, &settings.algorithm) {
         (Some(AlgorithmChoice::Ddpg), AlgorithmSettings::Sac(_)) => {
             settings.algorithm = AlgorithmSettings::Ddpg(DdpgSettings::default());
@@ -72,60 +60,12 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
         settings.schedule.num_envs = num_envs.get();
     }
     for assignment in &args.set {
-        let wrong = |reason: String| usage(format_args!("--set {assignment}: {reason}"));
-        let Some((key, text)) = assignment.split_once('=') else {
-            return Err(wrong("write KEY=VALUE, such as gamma=0.98".to_owned()));
-        };
-        let value = serde_json::from_str(text)
-            .map_err(|_| wrong(format!("{text} is not a number, a list or true")))?;
-        settings = change(&settings, key, value).map_err(|error| wrong(error.to_string()))?;
+        settings = settings
+            .with(assignment)
+            .map_err(|error| usage(format_args!("--set {assignment}: {error}")))?;
     }
     settings.check().map_err(usage)?;
     Ok(settings)
-}
-
-/// Returns settings with one value changed; the error says what is wrong.
-pub fn change(settings: &TrainSettings, key: &str, to: Value) -> anyhow::Result<TrainSettings> {
-    let mut value = serde_json::to_value(settings)?;
-    let Some(place) = find(&mut value, key) else { bail!(unknown(&value, key)) };
-    let text = to.to_string();
-    *place = to;
-    let settings: TrainSettings = serde_json::from_value(value)
-        .map_err(|error| anyhow!("{text} is not a value of {key}: {error}"))?;
-    settings.check()?;
-    Ok(settings)
-}
-
-/// Returns the place of a setting in the tree of all.
-fn find<'a>(value: &'a mut Value, key: &str) -> Option<&'a mut Value> {
-    let Value::Object(entries) = value else { return None };
-    let is_setting = entries.get(key).is_some_and(|value| !value.is_object());
-    if is_setting {
-        entries.get_mut(key)
-    } else {
-        entries.values_mut().find_map(|value| find(value, key))
-    }
-}
-
-/// Returns the message that there is no such setting, with the nearest name.
-fn unknown(settings: &Value, key: &str) -> String {
-    let mut names = Vec::new();
-    collect_names(settings, &mut names);
-    let nearest = nearest(names.iter().map(String::as_str), key);
-    format!("there is no setting {key}; did you mean {nearest}? All are: {}", names.join(", "))
-}
-
-/// Returns the nearest of some names.
-pub fn nearest<'a>(names: impl Iterator<Item = &'a str>, to: &str) -> &'a str {
-    let nearness = |name: &str| strsim::jaro_winkler(name, to);
-    names.max_by(|a, b| nearness(a).total_cmp(&nearness(b))).unwrap_or_default()
-}
-
-fn collect_names(value: &Value, names: &mut Vec<String>) {
-    let empty = Map::new();
-    for (name, value) in value.as_object().unwrap_or(&empty) {
-        if value.is_object() { collect_names(value, names) } else { names.push(name.clone()) }
-    }
 }
 
 /// The noise of scripted episodes, so that the policy also sees the results of mistakes.

@@ -1,12 +1,13 @@
 //! Continuing the run of a checkpoint.
 
+use std::io;
 use std::path::Path;
 
 use fetch_env::{EnvError, SnapshotEnv};
 use her_relabel::HerBuffer;
 
 use super::environment::EnvMark;
-use super::format::Own;
+use super::format::{Own, checkpoints};
 use super::load::Loaded;
 use crate::learn::algorithm::interface::{AlgorithmInit, Built};
 use crate::learn::algorithm::state_file::StateFault;
@@ -16,6 +17,7 @@ use crate::learn::run::env::LearnEnv;
 use crate::learn::run::inputs::Inputs;
 use crate::learn::run::trainer::Trainer;
 use crate::learn::settings::algorithm::AlgorithmSettings;
+use crate::learn::settings::train::TrainSettings;
 use crate::workers::{OneProcess, Workers};
 
 /// How a run continues.
@@ -50,6 +52,61 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     ) -> Result<Self, Error> {
         let workers = Box::new(OneProcess);
         Self::resume_with_workers(make, folder, num_threads, workers).map(|(trainer, _)| trainer)
+    }
+
+    /// Continues the run whose checkpoints are in a folder as [`resume`](Self::resume) does, or
+    /// prepares a new one as [`new`](Self::new) does if there are none. [`save`](Self::save) in the
+    /// same folder makes a program that can be stopped and started again.
+    ///
+    /// # Errors
+    /// [`CheckpointError`](Error) as [`resume`](Self::resume), and
+    /// [`CheckpointError::OtherSettings`](Error::OtherSettings) if the run in the folder has other
+    /// settings or another seed.
+    ///
+    /// ```
+    /// use std::ops::ControlFlow;
+    ///
+    /// use baselines::learn::{TrainSettings, Trainer};
+    /// use fetch_env::{Task, make_kinematic};
+    ///
+    /// # let folder = tempfile::tempdir()?;
+    /// let folder = "push";
+    /// # let folder = folder.path();
+    /// let make = || Ok(make_kinematic("FetchPush-v4")?);
+    /// let settings = TrainSettings::fast(Task::Push);
+    /// let mut trainer = Trainer::resume_or_new(make, settings, 0, 2, folder)?;
+    /// # return Ok(());
+    /// trainer.run(500_000, None, |trainer, row| {
+    ///     println!("{} steps: {:?}", row.counters.steps, row.success_rate);
+    ///     match trainer.save(folder) {
+    ///         Ok(_) => ControlFlow::Continue(()),
+    ///         Err(_) => ControlFlow::Break(()),
+    ///     }
+    /// })?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn resume_or_new(
+        make: impl Fn() -> Result<E, EnvError>,
+        settings: TrainSettings,
+        seed: u64,
+        num_threads: usize,
+        folder: impl AsRef<Path>,
+    ) -> Result<Self, Error> {
+        let folder = folder.as_ref();
+        match checkpoints(folder) {
+            Ok(checkpoints) if !checkpoints.is_empty() => {}
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                return Err(Error::Read { path: folder.to_owned(), source });
+            }
+            _ => return Ok(Self::new(make, settings, seed, num_threads)?),
+        }
+        let trainer = Self::resume(make, folder, num_threads)?;
+        let what = match (trainer.seed, &trainer.settings) {
+            (other, _) if other != seed => format!("the seed {other}"),
+            (_, other) if *other != settings => "other settings".to_owned(),
+            _ => return Ok(trainer),
+        };
+        Err(Error::OtherSettings { folder: folder.to_owned(), what })
     }
 
     /// Continues a run as [`resume`](Self::resume) does, shared by several processes. Returns

@@ -145,8 +145,8 @@ impl Explorer {
         let ExplorationSettings {
             random_episodes,
             random_episode_share,
-            random_beginning,
-            quiet_episodes,
+            max_random_start_steps,
+            noise_free_share,
             ..
         } = self.settings;
         for env in (0..started.len()).filter(|env| started[*env]) {
@@ -154,13 +154,13 @@ impl Explorer {
             rng.set_stream(u64::MAX - self.state.episodes);
             let chance: f64 = rng.random();
             let random = self.state.episodes < random_episodes || chance < random_episode_share;
-            let quiet = !random && chance < random_episode_share + quiet_episodes;
+            let quiet = !random && chance < random_episode_share + noise_free_share;
             self.state.held[env] = 0;
             self.state.quiet[env] = quiet;
             self.state.random_steps[env] = match (random, quiet) {
                 (true, _) => u64::MAX,
                 (false, true) => 0,
-                (false, false) => rng.random_range(0..=random_beginning),
+                (false, false) => rng.random_range(0..=max_random_start_steps),
             };
             self.state.episodes += 1;
         }
@@ -205,7 +205,7 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
                 if state.held[env] == 0 {
                     held_action.copy_from_slice(&random);
                     // Nothing else uses this chance here.
-                    state.held[env] = 1 + (chance * settings.held_actions as f64) as u64;
+                    state.held[env] = 1 + (chance * settings.max_action_hold as f64) as u64;
                 }
                 state.held[env] -= 1;
                 state.random_steps[env] = state.random_steps[env].saturating_sub(1);
@@ -231,7 +231,7 @@ mod tests {
         let dims = buffer_config(100, &envs[0]).unwrap().dims();
         let mut envs = VecEnv::new(envs, VecConfig::default()).unwrap();
         let TrainSettings { inputs, mut exploration, .. } = TrainSettings::fast(Task::Reach);
-        exploration.held_actions = 4;
+        exploration.max_action_hold = 4;
         let inputs = Inputs::new(&inputs, dims).unwrap();
         let mut explorer = Explorer::new(exploration, 7, 3, dims.action);
         let mut exploring = Exploring { explorer: &mut explorer, actor: None, inputs: &inputs };
@@ -258,8 +258,8 @@ mod tests {
         let TrainSettings { mut exploration, .. } = TrainSettings::fast(Task::Slide);
         exploration.random_episodes = 20;
         exploration.random_episode_share = 0.0;
-        exploration.quiet_episodes = 0.5;
-        exploration.random_beginning = 3;
+        exploration.noise_free_share = 0.5;
+        exploration.max_random_start_steps = 3;
         let mut explorer = Explorer::new(exploration, 7, 20, 4);
         explorer.begin_episodes(&[true; 20]);
         assert!(explorer.state.random_steps.iter().all(|steps| *steps > 1_000_000));

@@ -34,7 +34,7 @@ pub(crate) struct Replay<E: LearnEnv> {
     sampler: Sampler,
     n_step_updates: Option<u64>,
     settings: InputSettings,
-    strictness: f64,
+    distance_factor: f64,
     /// The seed of this process.
     seed: u64,
     /// The last batch; its vectors are reused.
@@ -81,7 +81,7 @@ impl<E: LearnEnv> Replay<E> {
             sampler,
             n_step_updates: replay.n_step_updates,
             settings: inputs.clone(),
-            strictness: replay.strictness,
+            distance_factor: replay.distance_factor,
             seed,
             batch: Batch::new(),
             input: Vec::new(),
@@ -132,7 +132,7 @@ impl<E: LearnEnv> Replay<E> {
 
     /// Returns the reward of training.
     fn reward(&self) -> Stricter<'_, E::GoalReward> {
-        Stricter { reward: self.template.goal_reward(), strictness: self.strictness }
+        Stricter { reward: self.template.goal_reward(), distance_factor: self.distance_factor }
     }
 
     /// Returns the sampler of update `number`, counted from 0.
@@ -147,7 +147,7 @@ impl<E: LearnEnv> Replay<E> {
     /// Draws the batch of update `number`, counted from 0.
     pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
         let sampler = self.sampler(number);
-        let Self { template, buffer, inputs, symmetries, strictness, .. } = self;
+        let Self { template, buffer, inputs, symmetries, distance_factor, .. } = self;
         let Self { batch, input, next_input, .. } = self;
         let sampler = sampler.with_joined_goal(inputs.joined_goal());
         let seed = seed_for(self.seed, SeedUse::Batches, number);
@@ -155,7 +155,7 @@ impl<E: LearnEnv> Replay<E> {
         input.resize(len, 0.0);
         next_input.resize(len, 0.0);
         let columns = ColumnsMut { input, next_input, ..ColumnsMut::default() };
-        let reward = Stricter { reward: template.goal_reward(), strictness: *strictness };
+        let reward = Stricter { reward: template.goal_reward(), distance_factor: *distance_factor };
         let transforms = Transforms {
             normalizers: inputs.normalizers(),
             symmetry: symmetry_of(symmetries, number),
@@ -199,16 +199,17 @@ fn sum_bounds(bounds: RangeInclusive<f64>, n_step: Option<NStep>) -> (f64, f64) 
 
 /// Returns the sampler of the settings, whose windows have no discount yet.
 fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
-    let ReplaySettings { batch_size, future_k, past_desired, already_achieved, .. } = *settings;
+    let ReplaySettings { batch_size, future_k, past_goal_weight, keep_already_achieved, .. } =
+        *settings;
     let noise = share("goal_noise_share", settings.goal_noise_share)?;
     let noise = GoalNoise::new(settings.goal_noise, noise);
     let goals = GoalMixture::new(&[
         GoalPart::new(GoalStrategy::Future, 1.0),
-        GoalPart::new(GoalStrategy::PastDesired, past_desired),
+        GoalPart::new(GoalStrategy::PastDesired, past_goal_weight),
     ]);
     let goals = goals.map_err(|_| TrainError::Setting {
-        name: "past_desired",
-        value: past_desired.to_string(),
+        name: "past_goal_weight",
+        value: past_goal_weight.to_string(),
         expected: "choose a finite number of at least 0",
     })?;
     let ratio = share("future_k", future_k / (future_k + 1.0))?;
@@ -216,8 +217,8 @@ fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
     Ok(Sampler::new(batch_size, GoalStrategy::Future, ratio)
         .with_n_step(NStep::new(n_step, UnitInterval::ONE))
         .with_goals(goals)
-        .with_keep_already_achieved(share("already_achieved", already_achieved)?)
-        .with_recomputed_rewards(settings.strictness != 1.0)
+        .with_keep_already_achieved(share("keep_already_achieved", keep_already_achieved)?)
+        .with_recomputed_rewards(settings.distance_factor != 1.0)
         .with_mirrored(share("mirrored", settings.mirrored)?)
         .with_goal_noise((noise.share() != UnitInterval::ZERO).then_some(noise)))
 }
@@ -250,7 +251,7 @@ fn symmetry_of(symmetries: &[Symmetry], number: u64) -> Option<&Symmetry> {
 
 /// Returns which still episodes are left out; `None` if none are.
 fn still_episodes(settings: &ReplaySettings) -> Result<Option<MotionlessEpisodes>, TrainError> {
-    let kept = share("still_kept", settings.still_kept)?;
+    let kept = share("keep_motionless", settings.keep_motionless)?;
     let still = MotionlessEpisodes::new(settings.still_distance, kept);
     Ok((kept != UnitInterval::ONE).then_some(still))
 }

@@ -4,12 +4,12 @@ use std::ops::RangeInclusive;
 
 use goal_reward::{GoalError, GoalPairs, GoalReward};
 
-/// The reward of an environment as if each achieved goal were `strictness` times as far from the
-/// desired one as it is: with 2, whatever counts as reached within 5 cm does so within 2.5 cm.
+/// The reward of an environment as if each achieved goal were `distance_factor` times as far from
+/// the desired one as it is: with 2, whatever counts as reached within 5 cm does so within 2.5 cm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stricter<'a, R> {
     pub(super) reward: &'a R,
-    pub(super) strictness: f64,
+    pub(super) distance_factor: f64,
 }
 
 impl<R: GoalReward> Stricter<'_, R> {
@@ -17,17 +17,17 @@ impl<R: GoalReward> Stricter<'_, R> {
     fn away(&self, achieved_goals: &[f64], desired_goals: &[f64]) -> Vec<f64> {
         let elements = achieved_goals.iter().zip(desired_goals);
         elements
-            .map(|(achieved, desired)| desired + (achieved - desired) * self.strictness)
+            .map(|(achieved, desired)| desired + (achieved - desired) * self.distance_factor)
             .collect()
     }
 
-    /// Passes pairs on; unchanged if the strictness is 1, whose factor would round.
+    /// Passes pairs on; unchanged if the factor is 1, which would round.
     fn with_moved<T>(
         &self,
         pairs: GoalPairs<'_>,
         pass: impl FnOnce(GoalPairs<'_>) -> Result<T, GoalError>,
     ) -> Result<T, GoalError> {
-        if self.strictness == 1.0 {
+        if self.distance_factor == 1.0 {
             return pass(pairs);
         }
         let moved = self.away(pairs.achieved(), pairs.desired());
@@ -40,7 +40,7 @@ impl<R: GoalReward> Stricter<'_, R> {
         desired_goal: &[f64],
         pass: impl FnOnce(&R, &[f64], &[f64]) -> T,
     ) -> T {
-        if self.strictness == 1.0 {
+        if self.distance_factor == 1.0 {
             return pass(self.reward, achieved_goal, desired_goal);
         }
         pass(self.reward, &self.away(achieved_goal, desired_goal), desired_goal)
@@ -94,7 +94,7 @@ mod tests {
     fn a_goal_counts_as_reached_from_as_many_times_closer() {
         let reward = &DistanceReward::sparse();
         let (plain, strict) =
-            (Stricter { reward, strictness: 1.0 }, Stricter { reward, strictness: 2.0 });
+            (Stricter { reward, distance_factor: 1.0 }, Stricter { reward, distance_factor: 2.0 });
         for (distance, by_plain, by_strict) in
             [(0.024, 0.0, 0.0), (0.026, 0.0, -1.0), (0.051, -1.0, -1.0)]
         {

@@ -55,6 +55,10 @@ pub struct Trainer<E: LearnEnv> {
     pub(crate) last_checkpoint: Option<PathBuf>,
 }
 
+/// What to do about a debug build.
+const UNOPTIMIZED: &str = "learning is about 160 times slower in a debug build: use --release, or \
+     add the two lines [profile.dev.package.\"*\"] and opt-level = 3 to your Cargo.toml";
+
 /// Makes environments that are stepped together.
 fn vec_env<E: LearnEnv>(
     envs: impl Iterator<Item = Result<E, EnvError>>,
@@ -78,7 +82,8 @@ impl<E: LearnEnv> Trainer<E> {
     /// Prepares a run on environments that `make` makes.
     ///
     /// `num_threads` threads step the environments and compute the updates. The results depend on
-    /// the settings and the seed, not on the number of threads.
+    /// the settings and the seed, not on the number of threads. In a debug build it warns through
+    /// `tracing` that learning is [slow](crate::learn#debug-builds).
     ///
     /// # Errors
     /// [`TrainError`] if a setting is out of range or an environment cannot be made.
@@ -125,6 +130,9 @@ impl<E: LearnEnv> Trainer<E> {
         mut workers: Box<dyn Workers>,
         build: impl FnOnce(&AlgorithmSettings, AlgorithmInit) -> Built,
     ) -> Result<Self, TrainError> {
+        if cfg!(unoptimized) {
+            tracing::warn!(target: "baselines::learn", "{UNOPTIMIZED}");
+        }
         let mut facts = vec![
             ("version of baselines", env!("CARGO_PKG_VERSION").to_owned()),
             ("seed", seed.to_string()),
@@ -161,7 +169,7 @@ impl<E: LearnEnv> Trainer<E> {
         let evaluated =
             (0..share(&*workers, settings.schedule.evaluation_episodes).len().clamp(1, 20))
                 .map(|_| make());
-        let starts = FarStarts::new(own.exploration.far_starts);
+        let starts = FarStarts::new(own.exploration.far_start_share);
         let collected = (0..num_envs).map(|_| make()?.wrap(starts.clone()));
         let same_step = vec_config.with_autoreset(AutoresetMode::SameStep);
         Ok(Self {

@@ -24,9 +24,9 @@ impl TrainSettings {
         let Self { replay, inputs, exploration, schedule, .. } = Self::default();
         let mut replay = ReplaySettings {
             batch_size: 128,
-            already_achieved: 0.2,
+            keep_already_achieved: 0.2,
             still_distance: 0.01,
-            still_kept: 0.1,
+            keep_motionless: 0.1,
             ..replay
         };
         let mut inputs = InputSettings { relative_goal: true, min_std: 0.01, ..inputs };
@@ -54,15 +54,15 @@ impl TrainSettings {
                 replay.goal_noise = 0.04;
                 replay.goal_noise_share = 0.5;
                 inputs.left_out = elements(task, &["grip_pos", "object_pos"]);
-                exploration.held_actions = 9;
+                exploration.max_action_hold = 9;
                 if task == Task::Push {
                     // Without them, most failures are strikes that send the object off the table:
                     // noise hides these, and goals in hindsight lie where the object fell.
                     ddpg.average_fraction = 0.001;
-                    replay.past_desired = 1.0;
+                    replay.past_goal_weight = 1.0;
                     replay.n_step = 2;
                     replay.n_step_updates = Some(16_000);
-                    exploration.quiet_episodes = 0.5;
+                    exploration.noise_free_share = 0.5;
                 }
             }
             Task::Slide => {
@@ -76,17 +76,17 @@ impl TrainSettings {
                 ddpg.halving_start = 125_000;
                 ddpg.halving_interval = Some(75_000);
                 replay.batch_size = 256;
-                replay.past_desired = 1.0;
+                replay.past_goal_weight = 1.0;
                 replay.mirrored = 0.5;
                 replay.goal_noise = 0.03;
                 replay.goal_noise_share = 0.5;
-                replay.strictness = 1.43;
+                replay.distance_factor = 1.43;
                 inputs.left_out = elements(task, &["object_rot"]);
                 exploration.random_action = 0.0;
-                exploration.held_actions = 9;
-                exploration.random_beginning = 15;
-                exploration.far_starts = 0.5;
-                exploration.quiet_episodes = 0.5;
+                exploration.max_action_hold = 9;
+                exploration.max_random_start_steps = 15;
+                exploration.far_start_share = 0.5;
+                exploration.noise_free_share = 0.5;
                 schedule.updates_per_cycle = 200;
                 schedule.evaluation_interval = Some(20_000);
             }
@@ -137,6 +137,24 @@ impl TrainSettings {
         settings.replay.n_step = 1;
         settings.replay.n_step_updates = None;
         settings
+    }
+}
+
+impl DdpgSettings {
+    /// Returns the authors' settings.
+    #[must_use]
+    pub fn authors() -> Self {
+        Self {
+            hidden: vec![256; 3],
+            last_layer_scale: 1.0,
+            actor_learning_rate: 0.001,
+            critic_learning_rate: 0.001,
+            gamma: 0.98,
+            target_interval: 40,
+            average_fraction: 1.0,
+            action_l2: 1.0,
+            ..Self::default()
+        }
     }
 }
 

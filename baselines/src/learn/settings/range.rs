@@ -24,14 +24,14 @@ macro_rules! check_range {
     };
 }
 
-/// Defines settings. A number's type is followed by its range, which is documented, checked and
-/// named by errors.
+/// Defines settings. A field's type is followed by its default and, for a number, by its range. Both
+/// are documented from here, and a number out of its range is an error that names both.
 macro_rules! ranged_settings {
     (
         $(#[$of_all:meta])*
         pub struct $settings:ident {$(
             $(#[$of_field:meta])*
-            pub $field:ident: $type:ty
+            pub $field:ident: $type:ty = $default:expr
                 $(=> $least:literal..=$most:literal $(in at most $layers:literal layers)?)?,
         )*}
     ) => {
@@ -40,15 +40,22 @@ macro_rules! ranged_settings {
         #[serde(deny_unknown_fields)]
         pub struct $settings {$(
             $(#[$of_field])*
+            ///
             $(
-                ///
                 #[doc = concat!(
                     "Range: ", stringify!($least), " to ", stringify!($most)
                     $(, ", in at most ", stringify!($layers), " layers")?, "."
                 )]
             )?
+            #[doc = concat!("Default: `", stringify!($default), "`.")]
             pub $field: $type,
         )*}
+
+        impl Default for $settings {
+            fn default() -> Self {
+                Self { $($field: $default),* }
+            }
+        }
 
         impl $settings {
             /// Checks that each setting is in its range.

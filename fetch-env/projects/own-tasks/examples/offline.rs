@@ -54,7 +54,7 @@ fn learn(path: &Path, seed: u64) -> Result<CurveRow, Box<dyn Error>> {
     settings.replay.batch_size = 256;
     settings.replay.n_step = 1;
     // The script shows how to reach the episode's own goal, not those of other episodes.
-    settings.replay.past_desired = 0.0;
+    settings.replay.past_goal_weight = 0.0;
     settings.schedule.evaluation_episodes = 200;
     let mut trainer = Trainer::new(push, settings, seed, 2)?;
     let episodes = HerBuffer::load(path)?;

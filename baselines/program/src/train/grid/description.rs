@@ -2,8 +2,7 @@
 
 use std::{collections::BTreeSet, fmt};
 
-use baselines::learn::TrainSettings;
-use clap::ValueEnum;
+use baselines::learn::{Preset, SettingError, TrainSettings, nearest};
 use fetch_env::{EnvId, MakeError};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer,
@@ -11,13 +10,7 @@ use serde::{
 };
 use serde_json::{Map, Value};
 
-use super::{
-    super::{
-        files::file_name,
-        options::{Preset, change, nearest},
-    },
-    GridError,
-};
+use super::{super::files::file_name, GridError};
 
 /// A grid: every choice of values with every seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,13 +70,7 @@ impl Grid {
     }
 
     pub fn preset(&self) -> Result<Preset, GridError> {
-        Preset::from_str(&self.preset, false).map_err(|_| {
-            let all = Preset::value_variants().iter().filter_map(Preset::to_possible_value);
-            let names: Vec<_> = all.map(|value| value.get_name().to_owned()).collect();
-            let nearest = nearest(names.iter().map(String::as_str), &self.preset);
-            let reason = format!("there is no preset {}; did you mean {nearest}?", self.preset);
-            GridError::value("preset", &reason)
-        })
+        self.preset.parse().map_err(|error: SettingError| GridError::value("preset", &error))
     }
 
     pub fn preset_name(&self) -> &str {
@@ -98,7 +85,8 @@ impl Grid {
             let mut longer = Vec::new();
             for (choice, settings) in &choices {
                 for value in values {
-                    let settings = change(settings, key, value.clone())
+                    let settings = settings
+                        .with_value(key, value.clone())
                         .map_err(|error| GridError::value("set", &error))?;
                     longer.push(([choice.as_slice(), &[value]].concat(), settings));
                 }

@@ -15,6 +15,7 @@ use std::{
 
 use crate::output::tell;
 use anyhow::Context;
+use baselines::learn::limits;
 use her_relabel::files::read_text;
 
 use self::{
@@ -24,7 +25,7 @@ use self::{
     running::{Planned, run_all},
     table::Table,
 };
-use super::{Args, limits, preset};
+use super::Args;
 use crate::{
     figures::picture::Picture,
     shared::{
@@ -44,7 +45,7 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     let grid = Grid::parse(&text).with_context(of_file)?;
     let env_id = grid.env_id().with_context(of_file)?;
     let preset_name = grid.preset().with_context(of_file)?;
-    let preset = preset(preset_name, env_id);
+    let preset = preset_name.settings(env_id.task);
     let choices = grid.choices(&preset).with_context(of_file)?;
     let signals = Signals::listen()?;
     let path = args.out.clone().unwrap_or_else(|| {

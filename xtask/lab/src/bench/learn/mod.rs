@@ -138,7 +138,7 @@ impl Replay {
         let TrainSettings { replay, inputs, .. } = TrainSettings::fast(Task::Push);
         let ratio = UnitInterval::from_k(4);
         let sampler = Sampler::new(BATCH, GoalStrategy::Future, ratio)
-            .with_keep_already_achieved(UnitInterval::new(replay.already_achieved)?)
+            .with_keep_already_achieved(UnitInterval::new(replay.keep_already_achieved)?)
             .with_discount(UnitInterval::new(DdpgSettings::default().gamma)?)
             .with_joined_goal(JoinedGoal::Relative);
         let mut batch = Batch::<f32>::new();
