@@ -19,6 +19,7 @@
 //! | read a Minari data set | `datasets::import_minari` |
 //! | train a policy | `learn::Trainer` |
 //! | train with your own algorithm | `learn::Algorithm` |
+//! | train in a folder, resume, run grids | `runs::RunPlan` |
 //! | compare two samples | a test of [`statistics`] |
 //! | share a run between processes | [`workers`] |
 //!
@@ -28,6 +29,7 @@
 //! - `minari`, `ogbench`: the module `datasets`, with a writer of each format, and
 //!   Minari's reader.
 //! - `page`: the module `page`.
+//! - `runs`: the module `runs`; with `page`, each run writes a page.
 //! - `mpi`: `workers::MpiWorkers`, the processes that `mpirun` starts.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -54,6 +56,8 @@ mod planned;
 mod policy;
 #[cfg(feature = "learn")]
 mod reset_seeds;
+#[cfg(feature = "runs")]
+pub mod runs;
 mod scripted;
 pub mod statistics;
 mod tanh;

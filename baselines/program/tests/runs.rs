@@ -20,13 +20,16 @@ use testing::{
     program::{errors_of, output_of, read_json},
 };
 
-/// Returns the command of a run with small networks, and evaluations and checkpoints after every
-/// 100 steps.
+/// Returns the command of a run with small networks, and evaluations and, unless the flags say
+/// otherwise, checkpoints after every 100 steps.
 fn train(flags: &str, out: &Path) -> Command {
     let mut command = fetch(
-        "train --target 2 --checkpoint-seconds 0 --threads 1 --set hidden=[32,32] \
-         --set evaluation_episodes=5 --set evaluation_interval=100",
+        "train --target 2 --threads 1 --set hidden=[32,32] --set evaluation_episodes=5 \
+         --set evaluation_interval=100",
     );
+    if !flags.contains("--checkpoint-seconds") {
+        command.args(["--checkpoint-seconds", "0"]);
+    }
     command.args(flags.split_whitespace()).arg("--out").arg(out);
     command
 }
@@ -93,8 +96,8 @@ fn a_killed_run_resumes_to_the_same_bits() -> Result {
 fn a_signal_stops_a_run_that_resumes_to_the_same_bits() -> Result {
     let folder = tempdir()?;
     let whole = folder.path().join("whole");
-    // Checkpoints that are due at no evaluation, so that the last one is the signal's.
-    let flags = "--seed 2 --steps 600 --set evaluation_interval=250";
+    // No checkpoint is due, so that the last one is the signal's.
+    let flags = "--seed 2 --steps 600 --set evaluation_interval=250 --checkpoint-seconds 1000";
     output_of(&mut train(flags, &whole))?;
     for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
         let out = folder.path().join(format!("stopped by {signal}"));

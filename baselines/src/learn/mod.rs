@@ -60,7 +60,7 @@ pub use algorithm::{
 pub use checkpoint::{format::checkpoints, resume::Resumed};
 pub use error::{CheckpointError, RunError, TrainError};
 pub use run::{
-    curve::{Counters, CurveRow, Target, UpdateSeconds},
+    curve::{Counters, CurveRow, Evaluated, Target, UpdateSeconds},
     env::LearnEnv,
     trainer::Trainer,
 };

@@ -5,6 +5,8 @@ mod damaged_checkpoints;
 mod evaluating;
 mod folders;
 mod offline;
+#[cfg(feature = "runs")]
+mod plans;
 mod presets;
 mod ranks;
 mod resuming;

@@ -1,8 +1,8 @@
 //! The picture of a group's curves: the success rate over steps and over seconds.
 
+use baselines::runs::{Band, Group};
 use plotters::prelude::*;
 
-use super::group::{Band, Group};
 use crate::figures::{
     canvas::{BLUE, FAINT, INK, RED, bold, text},
     picture::{Area, Backend, DrawError, Drawing, FONT},
@@ -26,9 +26,9 @@ impl Curves {
             runs => format!("interquartile mean of {runs} runs, with the 95 % bootstrap interval"),
         };
         Ok(Self {
-            name: group.name.clone(),
+            name: group.name().to_owned(),
             legend,
-            target: group.target,
+            target: group.target(),
             over_steps: group.bands(|point| point.steps as f64 / 1e3)?,
             over_seconds: group.bands(|point| point.seconds)?,
         })

@@ -1,7 +1,6 @@
 //! `learning-curves`: gathers runs, says when each reached its target, and draws their curves.
 
 mod drawing;
-mod group;
 
 use std::{
     collections::BTreeMap,
@@ -10,12 +9,10 @@ use std::{
 };
 
 use anyhow::{Context, bail, ensure};
+use baselines::runs::{Group, RunDescription, RunFolder};
 
-use self::{drawing::Curves, group::Group};
-use crate::{
-    figures::save,
-    train::files::{Run, RunFiles},
-};
+use self::drawing::Curves;
+use crate::figures::save;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -27,7 +24,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let (mut groups, mut runs) = (BTreeMap::new(), BTreeMap::<String, Run>::new());
+    let (mut groups, mut runs) = (BTreeMap::new(), BTreeMap::<String, RunDescription>::new());
     if args.folder.is_dir() {
         for path in entries(&args.folder)? {
             let name = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".csv"));
@@ -42,21 +39,22 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     for folder in &args.runs {
         let found = runs_below(folder)?;
         ensure!(!found.is_empty(), "{} has no run: pass a folder of `train`", folder.display());
-        for files in found {
-            let (name, lines) = (files.run.group(), files.read_curve()?);
-            if let Some(other) = runs.insert(name.clone(), files.run.clone()) {
+        for run in found {
+            let (description, lines) = (run.description(), run.read_curve()?);
+            let name = description.group();
+            if let Some(other) = runs.insert(name.clone(), description.clone()) {
                 ensure!(
-                    other.differs_in_seed_alone(&files.run),
+                    other.differs_in_seed_alone(description),
                     "{} is a different run from those before it, but its curve has the same name, \
                      {name}: gather it in another folder with --folder",
-                    files.folder.display()
+                    run.path().display()
                 );
             }
             let group = match groups.remove(&name) {
                 Some(group) => group,
                 None => begin(&args.folder, &name)?,
             };
-            groups.insert(name, group.with_run(files.run.seed, &lines));
+            groups.insert(name, group.with_run(description.seed, &lines));
         }
     }
     ensure!(
@@ -68,9 +66,9 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         .with_context(|| format!("cannot make the folder {}", args.folder.display()))?;
     for (name, group) in &groups {
         if runs.contains_key(name) {
-            group.write(&args.folder.join(format!("{name}.csv")))?;
+            group.write(args.folder.join(format!("{name}.csv")))?;
         }
-        say!("{}", group.summary()?)?;
+        say!("{}", group.summary())?;
         save(&Curves::new(group)?, &args.folder, name)?;
     }
     Ok(true)
@@ -86,7 +84,7 @@ fn begin(folder: &Path, name: &str) -> anyhow::Result<Group> {
             picture.display()
         );
     }
-    Group::new(name)
+    Ok(Group::new(name)?)
 }
 
 /// Returns the entries of a folder, sorted by name.
@@ -100,13 +98,10 @@ fn entries(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 /// Returns the run in a folder, or the runs in its subfolders.
-fn runs_below(folder: &Path) -> anyhow::Result<Vec<RunFiles>> {
-    if RunFiles::is_run(folder) {
-        return Ok(vec![RunFiles::open(folder)?]);
+fn runs_below(folder: &Path) -> anyhow::Result<Vec<RunFolder>> {
+    if RunFolder::is_run(folder) {
+        return Ok(vec![RunFolder::open(folder)?]);
     }
-    entries(folder)?
-        .iter()
-        .filter(|path| RunFiles::is_run(path))
-        .map(|path| RunFiles::open(path))
-        .collect()
+    let runs = entries(folder)?.into_iter().filter(|path| RunFolder::is_run(path));
+    runs.map(|path| Ok(RunFolder::open(path)?)).collect()
 }

@@ -1,6 +1,6 @@
 //! The flags `--model` and `--policy`.
 
-use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy};
+use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy, runs::RunModel};
 use clap::ValueEnum;
 use fetch_env::{Env, MujocoEnv};
 use fetch_sim::{ModelSource, Task};
@@ -34,6 +34,14 @@ impl ModelChoice {
         match self {
             Self::Builtin => ModelSource::Builtin,
             Self::Reference => ModelSource::Reference,
+        }
+    }
+
+    /// Returns the model as a run's description has it.
+    pub fn of_run(self) -> RunModel {
+        match self {
+            Self::Builtin => RunModel::Builtin,
+            Self::Reference => RunModel::Reference,
         }
     }
 }

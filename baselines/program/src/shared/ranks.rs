@@ -2,10 +2,9 @@
 
 use std::env;
 
-use anyhow::{Context, ensure};
-use baselines::workers::{OneProcess, Workers, agree, gather_values};
+use anyhow::ensure;
+use baselines::workers::{OneProcess, Workers, agree};
 use fetch_sim::MujocoVersion;
-use serde::{Serialize, de::DeserializeOwned};
 
 /// The flags.
 #[derive(Clone, Debug, clap::Args)]
@@ -104,14 +103,4 @@ fn with_mpi(_: f64, _: impl FnOnce(MakeWorkers) -> anyhow::Result<bool>) -> anyh
          baselines/program --features mpi`, which needs MPI and Clang: apt-get install libopenmpi-dev openmpi-bin \
          libclang-dev"
     )
-}
-
-/// Returns, in all ranks, what `get` returns in the first one.
-pub fn of_first<T: Serialize + DeserializeOwned>(
-    workers: &mut dyn Workers,
-    get: impl FnOnce() -> anyhow::Result<T>,
-) -> anyhow::Result<T> {
-    let own = if workers.rank() == 0 { Some(get()?) } else { None };
-    let first = gather_values(workers, &own)?.swap_remove(0);
-    first.context("rank 0 sent nothing")
 }

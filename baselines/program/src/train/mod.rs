@@ -1,40 +1,34 @@
 //! `train`: trains a policy, with its curve, checkpoints and a page. It fails if the policy does
 //! not reach the target. Ctrl-C and SIGTERM end it with a last checkpoint, a second signal at once.
 
-pub mod curve_line;
-pub mod files;
-mod finish;
+mod errors;
 mod grid;
-mod lock;
 mod options;
-mod page;
 
 use std::{
     num::{NonZeroU64, NonZeroUsize},
+    ops::ControlFlow,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
-use crate::output::tell;
 use baselines::{
     Estimate,
-    learn::{CurveRow, Preset, Resumed, Target, TrainError, TrainSettings, Trainer, UpdateSeconds},
-    workers::Workers,
+    learn::{CurveRow, Preset, Resumed, Target, TrainSettings, Trainer, UpdateSeconds, limits},
+    runs::{Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan},
+    workers::{Workers, gather_values},
 };
-use fetch_env::{EnvError, EnvId, MujocoEnv};
+use fetch_env::{EnvId, MujocoEnv};
 use indicatif::ProgressBar;
 
-use self::{
-    files::{Outcome, Run, RunFiles},
-    finish::{Course, Length, first_signal},
-    options::AlgorithmChoice,
-};
-use crate::output::usage;
+use self::{errors::in_flags, options::AlgorithmChoice};
+use crate::output::tell;
 use crate::shared::{
     choice::ModelChoice,
     json::{Metric, write_results},
     mujoco::advice,
     progress,
-    ranks::{MakeWorkers, RankArgs, of_first, share_run},
+    ranks::{MakeWorkers, RankArgs, share_run},
     signals::{Signals, Stopped},
 };
 
@@ -104,8 +98,8 @@ pub struct Args {
     #[arg(conflicts_with_all = ["overwrite", "resume", "mpi"])]
     grid: Option<PathBuf>,
     /// Minimum number of seconds between two checkpoints
-    #[arg(long, default_value_t = 30.0, value_parser = options::checkpoint_seconds)]
-    checkpoint_seconds: f64,
+    #[arg(long, default_value = "30", value_parser = options::seconds)]
+    checkpoint_seconds: Duration,
     /// Also write the results as JSON
     #[arg(long)]
     json: Option<PathBuf>,
@@ -142,18 +136,12 @@ fn run_shared(
     }
     let mut results = Vec::new();
     if let Some(folder) = &args.resume {
-        let (trainer, files) = resume(args, folder, workers())?;
-        results.push(finish(args, trainer, &files, signals)?);
+        results.push(finish(args, resume(args, folder, workers())?, signals)?);
     } else {
         for run in 0..args.seeds.get() {
             let seed = args.seed.wrapping_add(run);
-            let started = start(args, settings, seed, workers());
-            let (trainer, files) = started.map_err(|error| match error.downcast_ref() {
-                // One that not every environment can have.
-                Some(TrainError::Setting { .. }) => usage(error),
-                _ => error,
-            })?;
-            results.push(finish(args, trainer, &files, signals)?);
+            let ready = start(args, settings, seed, workers()).map_err(in_flags)?;
+            results.push(finish(args, ready, signals)?);
         }
     }
     if workers().rank() == 0 {
@@ -162,21 +150,13 @@ fn run_shared(
     Ok(results.iter().all(|outcome| outcome.reached.is_some() || outcome.target > 1.0))
 }
 
-/// A run that is ready to continue.
-type Ready = (Trainer<MujocoEnv>, RunFiles);
-
-fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::Result<Ready> {
+fn resume(args: &Args, folder: &Path, workers: Box<dyn Workers>) -> anyhow::Result<Ready> {
     let (rank, size) = (workers.rank(), workers.size());
-    let mut own = None;
-    let run: Run =
-        of_first(&mut *workers, || Ok(own.insert(RunFiles::resume(folder)?).run.clone()))?;
-    let files = own.unwrap_or_else(|| RunFiles::of_rank(folder, run));
-    let (env_id, model) = (files.run.env_id()?, files.run.model);
-    let make = || make(env_id, model);
-    let (trainer, resumed) =
-        Trainer::resume_with_workers(make, folder, args.threads.get(), workers)?;
+    let resumed = Ready::resume_with_workers(folder, args.threads.get(), workers);
+    let (ready, resumed) = resumed.map_err(|error| in_flags(error.into()))?;
     if rank == 0 {
-        say!("train: resuming {} after {} steps", folder.display(), trainer.counters().steps)?;
+        let steps = ready.trainer.counters().steps;
+        say!("train: resuming {} after {steps} steps", folder.display())?;
         if let Resumed::OnOtherRanks { before } = resumed {
             say!(
                 "train: the checkpoint is from {before} ranks, and this run has {size}: networks, \
@@ -186,12 +166,7 @@ fn resume(args: &Args, folder: &Path, mut workers: Box<dyn Workers>) -> anyhow::
             )?;
         }
     }
-    Ok((trainer, files))
-}
-
-/// Makes an environment of a run.
-fn make(env_id: EnvId, model: ModelChoice) -> Result<MujocoEnv, EnvError> {
-    Ok(fetch_env::make(env_id.config().with_model(model.source()))?)
+    Ok(ready)
 }
 
 /// Begins a run, once everything else is ready.
@@ -202,64 +177,73 @@ fn start(
     workers: Box<dyn Workers>,
 ) -> anyhow::Result<Ready> {
     let name = format!("{}-seed-{seed}", args.env_id);
-    let folder = match &args.out {
+    let path = match &args.out {
         Some(folder) if args.seeds.get() == 1 => folder.clone(),
         Some(folder) => folder.join(format!("seed-{seed}")),
         None => PathBuf::from("results/train").join(name),
     };
-    let make = || make(args.env_id, args.model);
-    let (is_first, threads) = (workers.rank() == 0, args.threads.get());
-    let mut trainer = Trainer::with_workers(make, settings.clone(), seed, threads, workers)?;
-    if is_first {
-        RunFiles::check_free(&folder, args.overwrite)?;
-    }
-    if let Some(demos) = &args.demos {
-        options::add_demos(&mut trainer, args, demos, seed)?;
+    let is_first = workers.rank() == 0;
+    let (description, settings) = (describe(args, seed), settings.clone());
+    let new = NewRun { description, settings, overwrite: args.overwrite };
+    new.begin(path, args.threads.get(), workers, |trainer| {
+        let Some(demos) = &args.demos else { return Ok(()) };
+        options::add_demos(trainer, args, demos, seed)?;
         if is_first {
             say!("train: {} episodes of demonstrations", trainer.counters().demonstrations)?;
         }
+        Ok(())
+    })
+}
+
+/// Describes the run that the flags ask for.
+fn describe(args: &Args, seed: u64) -> RunDescription {
+    let mut description = RunDescription::new(args.env_id, args.preset, seed);
+    let (steps, target) = limits(args.env_id.task);
+    description.model = args.model.of_run();
+    description.steps = args.steps.unwrap_or(steps);
+    description.target = args.target.unwrap_or(target);
+    description.updates = args.updates;
+    description.demos.clone_from(&args.demos);
+    description.changes = options::changes(args);
+    description
+}
+
+/// Says that nothing holds off other processes, if that is so.
+fn tell_of_locks(path: &Path, is_shared: bool) {
+    if is_shared {
+        tell(format_args!(
+            "train: {} is on a file system without locks: let no other process write there",
+            path.display()
+        ));
     }
-    let files = if is_first {
-        RunFiles::create(&folder, args, seed)?
-    } else {
-        RunFiles::of_rank(&folder, Run::new(args, seed))
-    };
-    trainer.save(&folder)?;
-    Ok((trainer, files))
 }
 
 /// Runs a trainer to its end, and writes its files. A signal ends it after a last checkpoint.
-fn finish(
-    args: &Args,
-    mut trainer: Trainer<MujocoEnv>,
-    files: &RunFiles,
-    signals: &Signals,
-) -> anyhow::Result<Outcome> {
-    let run = &files.run;
-    let length = match run.updates {
-        Some(updates) => Length::Updates(updates.get()),
-        None => Length::Steps(args.steps.unwrap_or(run.steps)),
-    };
-    let course = Course {
-        length,
-        target: Target { success_rate: args.target.unwrap_or(run.target), evaluations: 2 },
-        threads: args.threads.get(),
-        checkpoint_seconds: args.checkpoint_seconds,
-    };
+fn finish(args: &Args, ready: Ready, signals: &Signals) -> anyhow::Result<Outcome> {
+    let Ready { mut trainer, folder, .. } = ready;
+    let plan = plan(args, &folder);
     let is_first = trainer.workers().rank() == 0;
-    let bar = progress::bar(usize::try_from(length.end())?, "training");
+    tell_of_locks(folder.path(), folder.is_shared());
+    let bar = progress::bar(usize::try_from(plan.length.end())?, "training");
     if is_first {
-        bar.set_position(length.reached(trainer.counters()));
+        bar.set_position(plan.length.reached(trainer.counters()));
     }
     signals.put_off();
-    let watch = |row: &CurveRow| show(&bar, length, row);
-    let trained = finish::train(&mut trainer, files, &course, signals, watch);
+    let mut watch = |_: &Trainer<MujocoEnv>, row: Option<&CurveRow>| {
+        if let Some(row) = row.filter(|_| is_first) {
+            show(&bar, plan.length, row);
+        }
+        if signals.received() == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let trained = plan.run(&mut trainer, Some(&folder), &mut watch);
     signals.end_at_once();
     bar.finish_and_clear();
     trained?;
-    if let Some(stopped) = Stopped::by(first_signal(signals, trainer.workers())?) {
+    // The signal of the first rank that has received one.
+    let received = gather_values(trainer.workers(), &signals.received())?;
+    if let Some(stopped) = received.into_iter().find_map(Stopped::by) {
         if is_first {
-            let folder = files.folder.display().to_string();
+            let folder = folder.path().display().to_string();
             tell(format_args!(
                 "train: {stopped} after {} steps: continue it with --resume {}",
                 trainer.counters().steps,
@@ -268,15 +252,28 @@ fn finish(
         }
         return Err(stopped.into());
     }
-    let outcome = finish::finish(&mut trainer, files, &course)?;
+    let outcome = plan.finish(&mut trainer, &folder, args.threads.get(), || true)?;
     if is_first {
-        say!("train: {outcome}; wrote {}", files.folder.display())?;
+        say!("train: {outcome}; wrote {}", folder.path().display())?;
         let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();
         if exchanging > 0.0 {
             say!("train: of {total:.1} s of updates, {exchanging:.1} s were spent in MPI")?;
         }
     }
     Ok(outcome)
+}
+
+/// Returns the plan of a run, with what the flags change.
+fn plan(args: &Args, folder: &RunFolder) -> RunPlan {
+    let mut plan = RunPlan::of(folder.description());
+    plan.between_checkpoints = args.checkpoint_seconds;
+    if let (Length::Steps(end), Some(steps)) = (&mut plan.length, args.steps) {
+        *end = steps;
+    }
+    if let Some(success_rate) = args.target {
+        plan.target = Target { success_rate, ..plan.target };
+    }
+    plan
 }
 
 fn show(bar: &ProgressBar, length: Length, row: &CurveRow) {

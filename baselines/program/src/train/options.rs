@@ -1,6 +1,6 @@
 //! The settings that the flags describe, and demonstrations.
 
-use std::io::Cursor;
+use std::{io::Cursor, time::Duration};
 
 use anyhow::Context;
 use baselines::{
@@ -8,19 +8,17 @@ use baselines::{
     learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
     workers::share,
 };
-use fetch_env::{FetchObservation, GoalEnv, MujocoEnv};
+use fetch_env::{FetchObservation, GoalEnv, MujocoEnv, make};
 use goal_reward::GoalReward;
 use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError, files::read};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
 
-use super::{Args, make};
+use super::Args;
 use crate::output::usage;
-use crate::shared::choice::flag_name;
+use crate::shared::choice::{ModelChoice, flag_name};
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum AlgorithmChoice {
     /// Deep deterministic policy gradient
     Ddpg,
@@ -68,6 +66,14 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
     Ok(settings)
 }
 
+/// Returns the flags of a run that change what the preset says.
+pub fn changes(args: &Args) -> Vec<String> {
+    let algorithm = args.algorithm.map(flag_name);
+    let num_envs = args.envs.map(|envs| format!("envs={envs}"));
+    let model = (args.model != ModelChoice::Builtin).then(|| flag_name(args.model));
+    [algorithm, num_envs, model].into_iter().flatten().chain(args.set.iter().cloned()).collect()
+}
+
 /// The noise of scripted episodes, so that the policy also sees the results of mistakes.
 const DEMO_NOISE: f32 = 0.1;
 /// The seed of the first demonstration of the first run, which no training or evaluation uses.
@@ -108,11 +114,10 @@ pub fn target(text: &str) -> Result<f64, String> {
     target.is_finite().then_some(target).ok_or_else(|| "choose a finite number".into())
 }
 
-/// Checks the value of `--checkpoint-seconds`.
-pub fn checkpoint_seconds(text: &str) -> Result<f64, String> {
+/// Reads the value of `--checkpoint-seconds`.
+pub fn seconds(text: &str) -> Result<Duration, String> {
     let seconds: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    let is_time = seconds.is_finite() && seconds >= 0.0;
-    is_time.then_some(seconds).ok_or_else(|| "choose a number from 0 on".into())
+    Duration::try_from_secs_f64(seconds).map_err(|_| "choose a number from 0 on".into())
 }
 
 /// Where data sets of OGBench's format have the goals.
@@ -157,13 +162,13 @@ pub fn add_demos(
                 format!("--demos {demos}: pass a number, an archive .npz or a saved buffer")
             })?
         };
-        let env = make(args.env_id, args.model)?;
+        let env = make(args.env_id.config().with_model(args.model.source()))?;
         let reward = env.goal_reward();
         trainer.add_demonstrations(|buffer| anyhow::Ok(import(buffer, &archive, reward)?))?;
         return Ok(());
     };
     let own = share(trainer.workers(), count);
-    let mut env = make(args.env_id, args.model)?;
+    let mut env = make(args.env_id.config().with_model(args.model.source()))?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(trainer.workers().rank() as u64);
     let mut script = ScriptedPolicy::new(args.env_id.task);

@@ -69,12 +69,31 @@ pub struct Target {
     pub evaluations: usize,
 }
 
+/// What has a success rate, and can reach a [`Target`].
+pub trait Evaluated {
+    /// Returns the success rate of the greedy policy.
+    fn success_rate(&self) -> f64;
+}
+
+impl Evaluated for CurveRow {
+    fn success_rate(&self) -> f64 {
+        self.success_rate.value
+    }
+}
+
 impl Target {
     /// Whether the last rows of a curve reach the target.
     #[must_use]
-    pub fn is_reached(&self, rows: &[CurveRow]) -> bool {
-        let reaches = |row: &CurveRow| row.success_rate.value >= self.success_rate;
+    pub fn is_reached(&self, rows: &[impl Evaluated]) -> bool {
+        let reaches = |row: &_| Evaluated::success_rate(row) >= self.success_rate;
         rows.len() >= self.evaluations && rows.iter().rev().take(self.evaluations).all(reaches)
+    }
+
+    /// Returns the row of a curve with which the target was reached first.
+    #[must_use]
+    pub fn first_reached<'a, R: Evaluated>(&self, rows: &'a [R]) -> Option<&'a R> {
+        let mut reached = (0..rows.len()).filter(|&last| self.is_reached(&rows[..=last]));
+        reached.next().map(|last| &rows[last])
     }
 }
 

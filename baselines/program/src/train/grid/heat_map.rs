@@ -1,8 +1,8 @@
 //! The picture of a grid: the success rate of each choice of values, darker where it is higher.
 
+use baselines::runs::{Grid, GridRow, GridTable};
 use plotters::prelude::*;
 
-use super::{description::Grid, table::Row, table::Table};
 use crate::figures::{
     canvas::{BLUE, FAINT, INK, bold, centered, text},
     picture::{Area, Backend, DrawError, Drawing},
@@ -15,7 +15,7 @@ pub struct HeatMap<'a> {
     /// A line for each setting that differs.
     row_labels: Vec<Vec<String>>,
     column_labels: Vec<Vec<String>>,
-    cells: &'a [Row],
+    cells: &'a [GridRow],
     target: f64,
 }
 
@@ -32,8 +32,8 @@ const MOST_COLUMNS: usize = 8;
 const MOST_LETTERS: usize = 48;
 
 impl<'a> HeatMap<'a> {
-    pub fn new(grid: &Grid, table: &'a Table, target: f64) -> anyhow::Result<Self> {
-        let lists = grid.axes.0.iter();
+    pub fn new(grid: &Grid, table: &'a GridTable) -> anyhow::Result<Self> {
+        let lists = grid.axes().iter();
         let fixed = lists.clone().filter(|(_, values)| values.len() == 1);
         let fixed: Vec<_> = fixed.map(|(key, values)| label(key, &values[0])).collect();
         let axes: Vec<Vec<String>> = lists
@@ -46,18 +46,18 @@ impl<'a> HeatMap<'a> {
             at -= 1;
             num_columns *= axes[at].len();
         }
-        let seeds = match grid.seeds.len() {
+        let seeds = match grid.seeds().len() {
             1 => "one run".to_owned(),
             runs => format!("interquartile mean of {runs} seeds and its 95 % bootstrap interval"),
         };
-        let (env_id, preset) = (grid.env_id()?, grid.preset_name());
+        let (env_id, preset) = (grid.env_id()?, grid.preset()?);
         Ok(Self {
             title: format!("{env_id}, preset {preset}: success rate at the end, {seeds}"),
             fixed: fixed.join(", "),
             row_labels: combinations(&axes[..at]),
             column_labels: combinations(&axes[at..]),
-            cells: &table.rows,
-            target,
+            cells: table.rows(),
+            target: grid.limits()?.1,
         })
     }
 
@@ -127,7 +127,7 @@ impl Drawing for HeatMap<'_> {
                 area.draw_text(line, &text(14, INK), pixels(MARGIN, y))?;
             }
             for column in 0..self.column_labels.len() {
-                let Row { success, num_reached, num_runs, .. } =
+                let GridRow { success, num_reached, num_runs, .. } =
                     &self.cells[row * self.column_labels.len() + column];
                 let x = left + column_width * column;
                 let corners = [(x, y), (x + column_width - 2, y + row_height - 2)];

@@ -1,40 +1,26 @@
 //! `train --grid`: every choice of settings with every seed, one run per thread, one table and one
 //! picture. A grid that was stopped or killed continues where it was.
 
-mod description;
-mod error;
-mod folder;
 mod heat_map;
-mod running;
-mod table;
 
-use std::{
-    num::NonZeroUsize,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use crate::output::tell;
 use anyhow::Context;
-use baselines::learn::limits;
+use baselines::runs::{Grid, GridEvent, GridFolder, GridRun, GridTable, WatchGrid, run_grid};
 use her_relabel::files::read_text;
+use indicatif::ProgressBar;
 
-use self::{
-    description::Grid,
-    folder::{Begun, GridFolder, TABLE},
-    heat_map::HeatMap,
-    running::{Planned, run_all},
-    table::Table,
-};
-use super::Args;
+use self::heat_map::HeatMap;
+use super::{Args, tell_of_locks};
 use crate::{
     figures::picture::Picture,
+    output::tell,
     shared::{
-        json::write_results,
+        json::{Metric, write_results},
+        progress,
         signals::{Signals, Stopped},
     },
 };
-
-pub use self::error::GridError;
 
 /// The largest size of a grid's file, in bytes.
 const LIMIT: u64 = 1 << 20;
@@ -44,44 +30,22 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     let text = read_text(file, LIMIT).with_context(of_file)?;
     let grid = Grid::parse(&text).with_context(of_file)?;
     let env_id = grid.env_id().with_context(of_file)?;
-    let preset_name = grid.preset().with_context(of_file)?;
-    let preset = preset_name.settings(env_id.task);
+    let preset = grid.preset().with_context(of_file)?.settings(env_id.task);
     let choices = grid.choices(&preset).with_context(of_file)?;
     let signals = Signals::listen()?;
     let path = args.out.clone().unwrap_or_else(|| {
         PathBuf::from("results/train").join(file.file_stem().unwrap_or(file.as_os_str()))
     });
-    let folder = GridFolder::open(&path, &Begun { grid: grid.clone(), preset })?;
-    let (default_steps, default_target) = limits(env_id.task);
-    let num_steps = grid.steps.unwrap_or(default_steps);
-    let target = grid.target.unwrap_or(default_target);
-    let mut planned = Vec::new();
-    for (number, choice) in choices.iter().enumerate() {
-        for &seed in &grid.seeds {
-            let out = folder.run(&choice.file_name(), seed);
-            planned.push(Planned {
-                choice: number,
-                settings: choice.settings.clone(),
-                name: choice.parts.iter().map(|part| format!("{part}, ")).collect(),
-                args: Args {
-                    env_id,
-                    preset: preset_name,
-                    seed,
-                    steps: Some(num_steps),
-                    target: Some(target),
-                    set: choice.assignments.clone(),
-                    threads: NonZeroUsize::MIN,
-                    out: Some(out.clone()),
-                    ..args.clone()
-                },
-                folder: out,
-            });
-        }
-    }
+    let folder = GridFolder::open(&path, &grid, &preset)?;
+    tell_of_locks(&path, folder.is_shared());
+    let runs = grid.runs(&choices, &folder)?;
     signals.put_off();
-    let ended = run_all(&planned, num_steps, args.threads.get(), &signals)?;
+    let shown = Shown::new(&runs, &signals)?;
+    let ended = run_grid(&runs, args.threads.get(), args.checkpoint_seconds, &shown);
+    shown.bar.finish_and_clear();
+    let ended = ended?;
     signals.end_at_once();
-    let (num_ended, total) = (ended.iter().flatten().count(), planned.len());
+    let (num_ended, total) = (ended.iter().flatten().count(), runs.len());
     if let Some(stopped) = Stopped::by(signals.received()) {
         tell(format_args!(
             "train: {stopped} after {num_ended} of {total} runs: the same command continues \
@@ -89,12 +53,72 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
         ));
         return Err(stopped.into());
     }
-    let ended = planned.iter().zip(ended).filter_map(|(run, ended)| Some((run.choice, ended?)));
-    let table = Table::new(&grid, &choices, &ended.collect::<Vec<_>>())?;
-    folder.write_table(&table.csv()?)?;
+    let ended = runs.iter().zip(ended).filter_map(|(run, ended)| Some((run.choice, ended?)));
+    let table = GridTable::new(&grid, &choices, &ended.collect::<Vec<_>>())?;
+    let written = folder.write_table(&table)?;
     say!("{}", table.text())?;
-    say!("wrote {}", path.join(TABLE).display())?;
-    folder.write_picture(&Picture::new(&HeatMap::new(&grid, &table, target)?)?)?;
-    write_results(args.json.as_ref(), &grid, table.figures())?;
+    say!("wrote {}", written.display())?;
+    let Picture { svg, png } = Picture::new(&HeatMap::new(&grid, &table)?)?;
+    for written in folder.write_picture(svg.as_bytes(), &png)? {
+        say!("wrote {}", written.display())?;
+    }
+    write_results(args.json.as_ref(), &grid, figures(&table))?;
     Ok(true)
+}
+
+/// The bar of all runs, and the signals that stop them.
+struct Shown<'a> {
+    bar: ProgressBar,
+    num_runs: usize,
+    signals: &'a Signals,
+}
+
+impl<'a> Shown<'a> {
+    fn new(runs: &[GridRun], signals: &'a Signals) -> anyhow::Result<Self> {
+        let steps = runs.iter().map(|run| run.description.steps);
+        let num_steps = steps.fold(0, u64::saturating_add);
+        let bar = progress::bar(usize::try_from(num_steps)?, "training");
+        bar.set_message(format!("0 of {} runs", runs.len()));
+        Ok(Self { bar, num_runs: runs.len(), signals })
+    }
+}
+
+impl WatchGrid for Shown<'_> {
+    fn go_on(&self) -> bool {
+        self.signals.received() == 0
+    }
+
+    fn further_steps(&self, count: u64) {
+        self.bar.inc(count);
+    }
+
+    fn ended(&self, run: &GridRun, num_ended: usize, how: GridEvent<'_>) {
+        let runs = format!("{num_ended} of {} runs", self.num_runs);
+        let how = match how {
+            GridEvent::EndedBefore => None,
+            GridEvent::Ended(outcome) => {
+                let parts = run.parts.iter().map(|part| format!("{part}, "));
+                Some(parts.collect::<String>() + &outcome.to_string())
+            }
+            GridEvent::Diverged(error) => Some(format!("{}: {error:?}", run.path.display())),
+        };
+        if let Some(how) = how {
+            progress::note(&self.bar, format_args!("{runs}: {how}"));
+        }
+        self.bar.set_message(runs);
+    }
+}
+
+/// Returns what `--json` writes.
+fn figures(table: &GridTable) -> impl Iterator<Item = (String, Metric)> {
+    table.rows().iter().flat_map(|row| {
+        let named = |name: &str, value: f64, unit| {
+            (format!("train/grid/{}/{name}", row.name), Metric::new(value, unit))
+        };
+        let steps = row.steps.map(|steps| named("steps_to_target", steps.value, "1"));
+        let seconds = row.seconds.map(|seconds| named("seconds_to_target", seconds.value, "s"));
+        let success = named("success_rate", row.success.value, "1");
+        let reached = named("reached", row.num_reached as f64, "1");
+        [success, reached].into_iter().chain(steps).chain(seconds)
+    })
 }

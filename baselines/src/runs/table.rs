@@ -1,53 +1,73 @@
 //! The table of a grid: a row for each choice of values, over the seeds.
 
-use anyhow::Context;
-use baselines::Estimate;
-
-use super::{
-    description::{Choice, Grid},
-    running::Ended,
-};
-use crate::{shared::json::Metric, train::curve_line::CurveLine};
+use super::curve::CurveLine;
+use super::error::GridError;
+use super::grid::{Choice, Grid};
+use super::grid_runs::GridEnd;
+use crate::statistics::Estimate;
 
 /// Interquartile means over the seeds, with their 95 % bootstrap intervals.
-pub struct Table {
+#[derive(Clone, Debug)]
+pub struct GridTable {
     keys: Vec<String>,
-    pub rows: Vec<Row>,
+    rows: Vec<GridRow>,
 }
 
-pub struct Row {
-    name: String,
-    /// The value of each key.
+/// A row of the table of a grid.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct GridRow {
+    /// The name of the choice, as in the names of its folders.
+    pub name: String,
+    /// The value of each setting.
     pub values: Vec<String>,
+    /// The number of its runs.
     pub num_runs: usize,
-    num_diverged: usize,
+    /// The number of those that have diverged.
+    pub num_diverged: usize,
     /// The success rate at the end; 0 for a run that has diverged.
     pub success: Estimate,
+    /// The number of runs that reached the target.
     pub num_reached: usize,
-    /// The mean over the runs that reached the target; `None` if none did.
-    steps: Option<Estimate>,
-    seconds: Option<Estimate>,
+    /// Their steps until then; `None` if none reached it.
+    pub steps: Option<Estimate>,
+    /// Their seconds of training until then.
+    pub seconds: Option<Estimate>,
 }
 
-impl Table {
+impl GridTable {
     /// Makes the table of runs that have ended, each with the number of its choice.
+    ///
+    /// # Errors
+    /// [`GridError::Estimate`] if a choice has no run.
     pub fn new(
         grid: &Grid,
         choices: &[Choice<'_>],
-        ended: &[(usize, Ended)],
-    ) -> anyhow::Result<Self> {
+        ended: &[(usize, GridEnd)],
+    ) -> Result<Self, GridError> {
         let rows = choices.iter().enumerate().map(|(number, choice)| {
             let own = ended.iter().filter(|(choice, _)| *choice == number);
             let values = choice.values.iter().map(ToString::to_string).collect();
-            Row::new(choice.file_name(), values, &own.map(|(_, ended)| ended).collect::<Vec<_>>())
+            GridRow::new(
+                choice.file_name(),
+                values,
+                &own.map(|(_, ended)| ended).collect::<Vec<_>>(),
+            )
         });
-        let keys = grid.axes.0.iter().map(|(key, _)| key.clone()).collect();
-        Ok(Self { keys, rows: rows.collect::<anyhow::Result<_>>()? })
+        let keys = grid.axes().iter().map(|(key, _)| key.clone()).collect();
+        Ok(Self { keys, rows: rows.collect::<Result<_, _>>()? })
+    }
+
+    /// Returns the rows, in the order of the choices.
+    #[must_use]
+    pub fn rows(&self) -> &[GridRow] {
+        &self.rows
     }
 
     /// Returns the table as CSV.
-    pub fn csv(&self) -> anyhow::Result<String> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
+    pub(super) fn csv(&self) -> Result<Vec<u8>, csv::Error> {
+        let mut bytes = Vec::new();
+        let mut writer = csv::Writer::from_writer(&mut bytes);
         let own = ["runs", "diverged", "success_rate", "success_low", "success_high", "reached"];
         let measured = ["steps", "steps_low", "steps_high", "seconds", "seconds_low"];
         let names = self.keys.iter().map(String::as_str).chain(own).chain(measured);
@@ -60,10 +80,13 @@ impl Table {
             let reached = [row.num_reached.to_string()];
             writer.write_record(cells.chain(success).chain(reached).chain(steps).chain(seconds))?;
         }
-        Ok(String::from_utf8(writer.into_inner()?)?)
+        writer.flush()?;
+        drop(writer);
+        Ok(bytes)
     }
 
     /// Returns the table as Markdown.
+    #[must_use]
     pub fn text(&self) -> String {
         let own = ["success at the end", "reached the target", "steps to it", "seconds to it"];
         let header = self.keys.iter().cloned().chain(own.map(str::to_owned));
@@ -92,50 +115,42 @@ impl Table {
         };
         lines.iter().map(line).collect::<Vec<_>>().join("\n")
     }
-
-    /// Returns what `--json` writes.
-    pub fn figures(&self) -> impl Iterator<Item = (String, Metric)> {
-        self.rows.iter().flat_map(|row| {
-            let named = |name: &str, value: f64, unit| {
-                (format!("train/grid/{}/{name}", row.name), Metric::new(value, unit))
-            };
-            let steps = row.steps.map(|steps| named("steps_to_target", steps.value, "1"));
-            let seconds = row.seconds.map(|seconds| named("seconds_to_target", seconds.value, "s"));
-            let success = named("success_rate", row.success.value, "1");
-            let reached = named("reached", row.num_reached as f64, "1");
-            [success, reached].into_iter().chain(steps).chain(seconds)
-        })
-    }
 }
 
-impl Row {
-    fn new(name: String, values: Vec<String>, ended: &[&Ended]) -> anyhow::Result<Self> {
+impl GridRow {
+    fn new(name: String, values: Vec<String>, ended: &[&GridEnd]) -> Result<Self, GridError> {
         let (mut success, mut lines, mut num_diverged) = (Vec::new(), Vec::new(), 0);
         for ended in ended {
             match ended {
-                Ended::Finished { success_rate, reached } => {
+                GridEnd::Finished { success_rate, reached } => {
                     success.push(*success_rate);
                     lines.extend(reached);
                 }
-                Ended::Diverged => {
+                GridEnd::Diverged => {
                     success.push(0.0);
                     num_diverged += 1;
                 }
             }
         }
+        let estimate = |values: &[f64]| {
+            let invalid = |source| GridError::Estimate { choice: name.clone(), source };
+            Estimate::interquartile_mean(values, 0).map_err(invalid)
+        };
         let mean = |value: fn(&CurveLine) -> f64| {
             let values: Vec<f64> = lines.iter().map(value).collect();
-            (!values.is_empty()).then(|| Estimate::interquartile_mean(&values, 0)).transpose()
+            (!values.is_empty()).then(|| estimate(&values)).transpose()
         };
+        let success = estimate(&success)?;
+        let (steps, seconds) = (mean(|line| line.steps as f64)?, mean(|line| line.seconds)?);
         Ok(Self {
             name,
             values,
             num_runs: ended.len(),
             num_diverged,
-            success: Estimate::interquartile_mean(&success, 0).context("a choice has no run")?,
+            success,
             num_reached: lines.len(),
-            steps: mean(|line| line.steps as f64)?,
-            seconds: mean(|line| line.seconds)?,
+            steps,
+            seconds,
         })
     }
 }

@@ -1,34 +1,58 @@
 //! The lines of a learning curve's file, `curve.csv`.
 
-use std::{ops::RangeInclusive, path::Path};
+use std::io;
+use std::ops::RangeInclusive;
+use std::path::Path;
 
-use anyhow::Context;
-use baselines::learn::{Counters, CurveRow, Losses};
 use her_relabel::files::read;
 use serde::{
     Deserialize, Deserializer, Serialize,
     de::{DeserializeOwned, Error as _},
 };
 
-/// A line: the state of a run at an evaluation.
+use super::error::FolderError;
+use crate::learn::{Counters, CurveRow, Evaluated, Losses};
+
+/// A line of a run's `curve.csv`: its state at an evaluation, as [`CurveRow`] has it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CurveLine {
+    /// The number of steps of all environments.
     pub steps: u64,
+    /// The number of finished episodes.
     pub episodes: u64,
+    /// The number of episodes discarded because their environment failed.
     pub discarded_episodes: u64,
+    /// The number of updates.
     pub updates: u64,
+    /// The time spent collecting and updating, in seconds, to the millisecond.
     #[serde(deserialize_with = "seconds")]
     pub seconds: f64,
+    /// The share of the greedy policy's episodes whose last step was a success.
     #[serde(deserialize_with = "rate")]
     pub success_rate: f64,
+    /// The lower end of its 95 % confidence interval.
     pub success_low: f64,
+    /// The upper end.
     pub success_high: f64,
+    /// The mean sum of rewards of these episodes.
     pub episode_return_mean: f64,
+    /// Their mean distance from the goal after the last step, in meters.
     pub final_distance_mean: f64,
+    /// The success rate of the episodes collected since the last evaluation.
     pub collected_success: Option<f64>,
+    /// The mean loss of the critic since then.
     pub critic_loss: Option<f32>,
+    /// The mean loss of the actor.
     pub actor_loss: Option<f32>,
+    /// The mean value that the critic gives the actor's actions.
     pub value: Option<f32>,
+}
+
+impl Evaluated for CurveLine {
+    fn success_rate(&self) -> f64 {
+        self.success_rate
+    }
 }
 
 impl From<&CurveRow> for CurveLine {
@@ -54,26 +78,34 @@ impl From<&CurveRow> for CurveLine {
     }
 }
 
-/// Returns the second of the first two evaluations in a row that reach a success rate.
-pub fn reached<T>(curve: &[T], success_rate: fn(&T) -> f64, target: f64) -> Option<&T> {
-    let is_reached = |pair: &&[T]| pair.iter().all(|line| success_rate(line) >= target);
-    curve.windows(2).find(is_reached).map(|pair| &pair[1])
+/// Returns a learning curve as CSV: the contents of a run's `curve.csv`, with the columns of
+/// [`CurveLine`].
+///
+/// # Errors
+/// None that is known: rows are numbers.
+pub fn curve_csv(rows: &[CurveRow]) -> io::Result<Vec<u8>> {
+    Ok(csv_bytes(rows.iter().map(CurveLine::from))?)
 }
 
 /// Returns lines as CSV, with a header.
-pub fn csv_text(lines: impl IntoIterator<Item = impl Serialize>) -> anyhow::Result<String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
+pub(super) fn csv_bytes(
+    lines: impl IntoIterator<Item = impl Serialize>,
+) -> Result<Vec<u8>, csv::Error> {
+    let mut bytes = Vec::new();
+    let mut writer = csv::Writer::from_writer(&mut bytes);
     lines.into_iter().try_for_each(|line| writer.serialize(line))?;
-    Ok(String::from_utf8(writer.into_inner()?)?)
+    writer.flush()?;
+    drop(writer);
+    Ok(bytes)
 }
 
 /// Reads the seconds of a run, which charts and means must be able to take.
-pub fn seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+pub(super) fn seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     number(deserializer, 0.0..=1e12)
 }
 
 /// Reads a success rate.
-pub fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+pub(super) fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     number(deserializer, 0.0..=1.0)
 }
 
@@ -93,9 +125,9 @@ fn number<'de, D: Deserializer<'de>>(
 const LIMIT: u64 = 4 << 20;
 
 /// Reads lines.
-pub fn read_csv<T: DeserializeOwned>(path: &Path) -> anyhow::Result<Vec<T>> {
-    let broken = || format!("cannot read {}", path.display());
-    let bytes = read(path, LIMIT).with_context(broken)?;
+pub(super) fn read_csv<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, FolderError> {
+    let bytes = read(path, LIMIT).map_err(FolderError::file("read", path))?;
     let lines = csv::Reader::from_reader(bytes.as_slice()).into_deserialize();
-    lines.collect::<Result<_, _>>().with_context(broken)
+    let lines: Result<_, _> = lines.collect();
+    lines.map_err(|source| FolderError::Csv { path: path.to_owned(), source })
 }

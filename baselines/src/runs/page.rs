@@ -1,30 +1,28 @@
 //! The page of a run: its curve, its settings, and episodes of the policy.
 
-use baselines::{
-    TrainedPolicy,
-    learn::{CurveRow, TrainSettings},
-    page::{Axis, Document, Ink, Playback, Plot, escape},
-};
-use fetch_env::EnvId;
+use fetch_env::make;
 
-use super::make;
-use crate::shared::choice::ModelChoice;
+use super::description::RunDescription;
+use super::error::RunsError;
+use super::finish::FINAL_SEED;
+use crate::learn::{CurveRow, TrainSettings};
+use crate::page::{Axis, Document, Ink, PageError, Playback, Plot, escape};
+use crate::trained::TrainedPolicy;
 
 /// The seeds of the episodes that are played back.
-const PLAYED: [u64; 3] = [1 << 50, (1 << 50) + 1, (1 << 50) + 2];
+const PLAYED: [u64; 3] = [FINAL_SEED, FINAL_SEED + 1, FINAL_SEED + 2];
 
 /// Returns the page.
-pub fn html(
-    env_id: EnvId,
-    model: ModelChoice,
+pub(super) fn html(
+    description: &RunDescription,
     rows: &[CurveRow],
     settings: &TrainSettings,
     mut policy: TrainedPolicy,
-) -> anyhow::Result<String> {
-    let title = format!("{env_id}, learned in {} steps", policy.header().steps);
+) -> Result<String, RunsError> {
+    let title = format!("{}, learned in {} steps", description.env_id, policy.header().steps);
     let mut page = Document::new(&title);
     page.section("curve", "Learning curve", &curves(rows, settings)?);
-    let mut env = make(env_id, model)?;
+    let mut env = make(description.config())?;
     let mut episodes = String::new();
     for seed in PLAYED {
         let playback = Playback::record(&mut env, &mut policy, seed, |_, _, _| ())?;
@@ -32,13 +30,13 @@ pub fn html(
         episodes += &playback.with_title(&name).html()?;
     }
     page.section("episodes", "Episodes on new seeds", &episodes);
-    let settings = format!("<pre>{}</pre>", escape(&serde_json::to_string_pretty(settings)?));
-    page.section("settings", "Settings", &settings);
+    let settings = serde_json::to_string_pretty(settings).map_err(PageError::from)?;
+    page.section("settings", "Settings", &format!("<pre>{}</pre>", escape(&settings)));
     Ok(page.html())
 }
 
 /// Draws the success rate over steps and over seconds of training.
-fn curves(rows: &[CurveRow], settings: &TrainSettings) -> anyhow::Result<String> {
+fn curves(rows: &[CurveRow], settings: &TrainSettings) -> Result<String, PageError> {
     let mut html = String::new();
     let episodes = settings.schedule.evaluation_episodes;
     let legend = format!("{episodes} greedy episodes, with the 95 % interval");

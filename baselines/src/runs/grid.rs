@@ -1,8 +1,8 @@
-//! The file that describes a grid, as a user writes it.
+//! The description of a grid, as a user writes it.
 
-use std::{collections::BTreeSet, fmt};
+use std::collections::BTreeSet;
+use std::fmt;
 
-use baselines::learn::{Preset, SettingError, TrainSettings, nearest};
 use fetch_env::{EnvId, MakeError};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer,
@@ -10,21 +10,24 @@ use serde::{
 };
 use serde_json::{Map, Value};
 
-use super::{super::files::file_name, GridError};
+use super::description::file_name;
+use super::error::GridError;
+use crate::learn::{Preset, SettingError, TrainSettings, limits, nearest};
 
 /// A grid: every choice of values with every seed.
+///
+/// Its file is JSON: `env_id` and `preset`; `seeds`, a list; `set`, an object with a list of values
+/// for each setting; and `steps` and `target`, which end a run and may be left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
     env_id: String,
     preset: String,
-    /// As in the flags `--steps` and `--target`.
-    pub steps: Option<u64>,
-    pub target: Option<f64>,
-    /// The values of each setting that the grid sets.
+    steps: Option<u64>,
+    target: Option<f64>,
     #[serde(rename = "set", default)]
-    pub axes: Axes,
-    pub seeds: Vec<u64>,
+    axes: Axes,
+    seeds: Vec<u64>,
 }
 
 /// The names of the fields in the file.
@@ -35,10 +38,14 @@ const MOST_RUNS: usize = 1_000;
 
 /// The values of settings, in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Axes(pub Vec<(String, Vec<Value>)>);
+struct Axes(Vec<(String, Vec<Value>)>);
 
 impl Grid {
     /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// [`GridError`] if it is not JSON, a key is unknown or missing, or a list is empty, has an
+    /// entry twice or makes too many runs.
     pub fn parse(text: &str) -> Result<Self, GridError> {
         let fields: Map<String, Value> = serde_json::from_str(text)?;
         if let Some(key) = fields.keys().find(|key| !FIELDS.contains(&key.as_str())) {
@@ -64,21 +71,51 @@ impl Grid {
         }
     }
 
+    /// Returns the environment.
+    ///
+    /// # Errors
+    /// [`GridError::Value`] if there is none of this name.
     pub fn env_id(&self) -> Result<EnvId, GridError> {
         let wrong = |error: MakeError| GridError::value("env_id", &error);
         self.env_id.parse().map_err(wrong)
     }
 
+    /// Returns the settings of the learner to start from.
+    ///
+    /// # Errors
+    /// [`GridError::Value`] if there is no preset of this name.
     pub fn preset(&self) -> Result<Preset, GridError> {
-        self.preset.parse().map_err(|error: SettingError| GridError::value("preset", &error))
+        let wrong = |error: SettingError| GridError::value("preset", &error);
+        self.preset.parse().map_err(wrong)
     }
 
-    pub fn preset_name(&self) -> &str {
-        &self.preset
+    /// Returns the steps and the success rate at which a run ends.
+    ///
+    /// # Errors
+    /// As [`env_id`](Self::env_id).
+    pub fn limits(&self) -> Result<(u64, f64), GridError> {
+        let (steps, target) = limits(self.env_id()?.task);
+        Ok((self.steps.unwrap_or(steps), self.target.unwrap_or(target)))
+    }
+
+    /// Returns the seeds of each choice of values.
+    #[must_use]
+    pub fn seeds(&self) -> &[u64] {
+        &self.seeds
+    }
+
+    /// Returns the settings that the grid changes, in the order of the file, each with its values.
+    #[must_use]
+    pub fn axes(&self) -> &[(String, Vec<Value>)] {
+        &self.axes.0
     }
 
     /// Returns every choice of values, with the preset's settings changed by it. The last value
     /// changes first.
+    ///
+    /// # Errors
+    /// [`GridError::Value`] if a setting or a value is wrong, and [`GridError::Repeated`] if two
+    /// choices are the same.
     pub fn choices(&self, preset: &TrainSettings) -> Result<Vec<Choice<'_>>, GridError> {
         let mut choices = vec![(Vec::new(), preset.clone())];
         for (key, values) in &self.axes.0 {
@@ -108,7 +145,7 @@ impl Grid {
         Ok(choices.collect())
     }
 
-    /// Returns values in the form of `--set`.
+    /// Returns values with their settings.
     fn assignments(&self, values: &[&Value]) -> Vec<String> {
         let keys = self.axes.0.iter().map(|(key, _)| key);
         keys.zip(values).map(|(key, value)| format!("{key}={value}")).collect()
@@ -116,17 +153,22 @@ impl Grid {
 }
 
 /// A value for each setting.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Choice<'a> {
+    /// The values, in the order of [`Grid::axes`].
     pub values: Vec<&'a Value>,
-    /// The values in the form of `--set`.
+    /// The values with their settings, such as `gamma=0.98`.
     pub assignments: Vec<String>,
     /// The assignments that differ between choices.
     pub parts: Vec<String>,
+    /// The settings of the learner.
     pub settings: TrainSettings,
 }
 
 impl Choice<'_> {
     /// Returns the choice as part of a path, which does not depend on the order of its settings.
+    #[must_use]
     pub fn file_name(&self) -> String {
         let mut parts: Vec<_> = self.parts.iter().map(|part| file_name(part)).collect();
         parts.sort();

@@ -1,0 +1,141 @@
+//! The description of a run: `run.json`.
+
+use std::num::NonZeroU64;
+use std::path::{Path, PathBuf};
+
+use fetch_env::{EnvId, FetchConfig, ModelSource};
+use her_relabel::files::read_text;
+use serde::{Deserialize, Serialize};
+
+use super::error::FolderError;
+use crate::learn::{Preset, limits};
+
+/// The name of the file.
+pub(super) const RUN: &str = "run.json";
+
+/// The largest size of a description, in bytes.
+pub(super) const LIMIT: u64 = 1 << 20;
+
+/// What a resumed run needs besides its checkpoint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct RunDescription {
+    /// The environment.
+    pub env_id: EnvId,
+    /// The model of the robot.
+    pub model: RunModel,
+    /// The settings of the environment, except its model, if they are not the reference's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub config: Option<FetchConfig>,
+    /// Environment steps after which the run ends.
+    pub steps: u64,
+    /// Updates after which the run ends, if it learns only from demonstrations.
+    pub updates: Option<NonZeroU64>,
+    /// Success rate at which the run ends; more than 1 for none.
+    pub target: f64,
+    /// The seed.
+    pub seed: u64,
+    /// The settings of the learner that it started from.
+    pub preset: Preset,
+    /// Where the demonstrations come from: a number of scripted episodes, or a file.
+    pub demos: Option<String>,
+    /// What differs from the preset and from the environment's own settings, such as `gamma=0.98`.
+    pub changes: Vec<String>,
+}
+
+/// The model of the robot in a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RunModel {
+    /// [`ModelSource::Builtin`].
+    Builtin,
+    /// [`ModelSource::Reference`].
+    Reference,
+    /// [`ModelSource::Folder`].
+    Folder(PathBuf),
+}
+
+impl RunModel {
+    /// Returns the source of the model.
+    #[must_use]
+    pub fn source(&self) -> ModelSource {
+        match self {
+            Self::Builtin => ModelSource::Builtin,
+            Self::Reference => ModelSource::Reference,
+            Self::Folder(folder) => ModelSource::Folder(folder.clone()),
+        }
+    }
+}
+
+impl RunDescription {
+    /// Describes a run with the default [limits] of its task, on the built-in model,
+    /// without demonstrations or changes.
+    #[must_use]
+    pub const fn new(env_id: EnvId, preset: Preset, seed: u64) -> Self {
+        let (steps, target) = limits(env_id.task);
+        Self {
+            env_id,
+            model: RunModel::Builtin,
+            config: None,
+            steps,
+            updates: None,
+            target,
+            seed,
+            preset,
+            demos: None,
+            changes: Vec::new(),
+        }
+    }
+
+    /// Reads the description of the run in a folder.
+    ///
+    /// # Errors
+    /// [`FolderError::NotARun`] and [`FolderError::Damaged`].
+    pub fn read(folder: impl AsRef<Path>) -> Result<Self, FolderError> {
+        let folder = folder.as_ref();
+        let path = folder.join(RUN);
+        let text = read_text(&path, LIMIT)
+            .map_err(|source| FolderError::NotARun { folder: folder.to_owned(), source })?;
+        serde_json::from_str(&text).map_err(|source| FolderError::Damaged { path, source })
+    }
+
+    /// Returns the settings of the environment.
+    pub fn config(&self) -> FetchConfig {
+        let config = self.config.clone().unwrap_or_else(|| self.env_id.config());
+        config.with_model(self.model.source())
+    }
+
+    /// Returns the name of the runs that differ only in their seeds, such as `FetchPush-v4-fast`:
+    /// the beginning of the names of files.
+    #[must_use]
+    pub fn group(&self) -> String {
+        // A number of episodes, or the name of their file, in which the dash between parts is
+        // escaped.
+        let demos = self.demos.as_ref().map(|demos| {
+            let stem = Path::new(demos).file_stem().unwrap_or(demos.as_ref());
+            format!("demos={}", file_name(&stem.to_string_lossy()).replace('-', "%2D"))
+        });
+        let changes = self.changes.iter().map(|change| file_name(change));
+        let parts = [file_name(&self.env_id.to_string()), self.preset.to_string()];
+        parts.into_iter().chain(demos).chain(changes).collect::<Vec<_>>().join("-")
+    }
+
+    /// Whether two runs may have the same name.
+    #[must_use]
+    pub fn differs_in_seed_alone(&self, other: &Self) -> bool {
+        let same = |run: &Self| Self { seed: 0, steps: 0, target: 0.0, ..run.clone() };
+        same(self) == same(other)
+    }
+}
+
+/// Returns a text as part of a file name: characters with a meaning there become `%` and their
+/// code, as in URLs.
+pub(super) fn file_name(text: &str) -> String {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"=.,_-[]".contains(&byte);
+    let escaped = |byte: u8| match is_plain(byte) {
+        true => char::from(byte).to_string(),
+        false => format!("%{byte:02X}"),
+    };
+    text.bytes().map(escaped).collect()
+}

@@ -1,0 +1,177 @@
+//! The loop of a run, to its end or until it is stopped.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use fetch_env::SnapshotEnv;
+
+use super::description::RunDescription;
+use super::error::RunsError;
+use super::folder::RunFolder;
+use crate::learn::{Counters, CurveRow, LearnEnv, Target, TrainError, Trainer};
+use crate::workers::gather_values;
+
+/// Where a run ends, and how often it is saved on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunPlan {
+    /// The length of the run.
+    pub length: Length,
+    /// The success rate at which it ends before; more than 1 for none.
+    pub target: Target,
+    /// The minimum time between two checkpoints.
+    pub between_checkpoints: Duration,
+}
+
+/// The length of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// Environment steps.
+    Steps(u64),
+    /// Updates from demonstrations alone, without environment steps.
+    Updates(u64),
+}
+
+/// The number of evaluations of a run that learns from demonstrations alone.
+const OFFLINE_EVALUATIONS: u64 = 10;
+
+impl Length {
+    /// Returns the number at which the run ends.
+    #[must_use]
+    pub const fn end(self) -> u64 {
+        let (Self::Steps(end) | Self::Updates(end)) = self;
+        end
+    }
+
+    /// Returns how far a run has got.
+    #[must_use]
+    pub const fn reached(self, counters: &Counters) -> u64 {
+        match self {
+            Self::Steps(_) => counters.steps,
+            Self::Updates(_) => counters.updates,
+        }
+    }
+}
+
+/// What watches a run: a function that [is called after each cycle](Self::cycle), or a type that can
+/// also stop it in the middle of one.
+pub trait Watch<E: LearnEnv> {
+    /// Whether the run goes on. It is called often: after each ten updates, and before each step of
+    /// an evaluation. In a run that several processes share, and in one that learns from
+    /// demonstrations alone, it is not called.
+    fn go_on(&mut self) -> bool {
+        true
+    }
+
+    /// Is called after each cycle in each process, with the row of the learning curve if there was
+    /// an evaluation; the row is in `curve.csv` by then. If it breaks in any process, the run stops.
+    fn cycle(&mut self, trainer: &Trainer<E>, row: Option<&CurveRow>) -> ControlFlow<()>;
+}
+
+impl<E, F> Watch<E> for F
+where
+    E: LearnEnv,
+    F: FnMut(&Trainer<E>, Option<&CurveRow>) -> ControlFlow<()>,
+{
+    fn cycle(&mut self, trainer: &Trainer<E>, row: Option<&CurveRow>) -> ControlFlow<()> {
+        self(trainer, row)
+    }
+}
+
+impl RunPlan {
+    /// Returns the plan of a run: it ends as the description says, when two evaluations in a row
+    /// reach the target, and is saved every half minute.
+    #[must_use]
+    pub fn of(description: &RunDescription) -> Self {
+        let length = match description.updates {
+            Some(updates) => Length::Updates(updates.get()),
+            None => Length::Steps(description.steps),
+        };
+        Self {
+            length,
+            target: target_of(description.target),
+            between_checkpoints: Duration::from_secs(30),
+        }
+    }
+
+    /// Whether a run has ended.
+    #[must_use]
+    pub fn is_over<E: LearnEnv>(&self, trainer: &Trainer<E>) -> bool {
+        match self.length {
+            Length::Steps(end) => trainer.is_over(end, Some(self.target)),
+            Length::Updates(end) => {
+                trainer.counters().updates >= end || self.target.is_reached(trainer.rows())
+            }
+        }
+    }
+
+    /// Runs a trainer to its end, or until `watch` stops it, and saves a last checkpoint. The curve
+    /// is written at the beginning and after each evaluation. Without a folder, nothing is written.
+    ///
+    /// # Errors
+    /// [`RunsError`] if the training fails, or a file cannot be written.
+    pub fn run<E: LearnEnv + SnapshotEnv>(
+        &self,
+        trainer: &mut Trainer<E>,
+        folder: Option<&RunFolder>,
+        watch: &mut impl Watch<E>,
+    ) -> Result<(), RunsError> {
+        let is_first = trainer.workers().rank() == 0;
+        let written_by = folder.filter(|_| is_first);
+        if let Some(folder) = written_by {
+            folder.write_curve(trainer.rows())?;
+        }
+        let mut saved = Instant::now();
+        while !self.is_over(trainer) {
+            let row = self.cycle(trainer, &mut || watch.go_on())?;
+            let written = match (written_by, &row) {
+                (Some(folder), Some(_)) => folder.write_curve(trainer.rows()),
+                _ => Ok(()),
+            };
+            let stops = watch.cycle(trainer, row.as_ref()).is_break() || !watch.go_on();
+            let is_due = saved.elapsed() >= self.between_checkpoints;
+            let saves = written_by.is_some() && written.is_ok() && is_due && !stops;
+            // In all processes alike.
+            let [stops, saves] = any(trainer, [stops, saves])?;
+            written?;
+            if stops {
+                break;
+            }
+            if let Some(folder) = folder.filter(|_| saves) {
+                trainer.save(folder.path())?;
+                saved = Instant::now();
+            }
+        }
+        if let Some(folder) = folder {
+            trainer.save(folder.path())?;
+        }
+        Ok(())
+    }
+
+    /// Continues to the next point at which a run can stop. Returns a row if it was evaluated.
+    fn cycle<E: LearnEnv>(
+        &self,
+        trainer: &mut Trainer<E>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<CurveRow>, TrainError> {
+        match self.length {
+            Length::Steps(end) => trainer.run_cycle_while(end, go_on),
+            Length::Updates(end) => {
+                let interval = end.div_ceil(OFFLINE_EVALUATIONS);
+                let done = trainer.counters().updates;
+                trainer.update((interval - done % interval).min(end - done))?;
+                trainer.evaluate().map(Some)
+            }
+        }
+    }
+}
+
+/// Returns the target of a success rate, which two evaluations in a row must reach.
+pub(super) const fn target_of(success_rate: f64) -> Target {
+    Target { success_rate, evaluations: 2 }
+}
+
+/// Returns, in all processes, which of the flags are set in any of them.
+fn any<E: LearnEnv>(trainer: &mut Trainer<E>, own: [bool; 2]) -> Result<[bool; 2], RunsError> {
+    let all = gather_values(trainer.workers(), &own)?;
+    Ok([0, 1].map(|flag| all.iter().any(|flags| flags[flag])))
+}

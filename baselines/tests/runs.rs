@@ -1,0 +1,218 @@
+//! The folders of runs: what is written, who may write, and what is never touched. How users start,
+//! stop and resume runs is tested in the program.
+#![allow(clippy::unwrap_used, reason = "a panic fails a test")]
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::ffi::OsString;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use baselines::learn::{CurveRow, Preset, TrainSettings, Trainer};
+use baselines::runs::{
+    FolderError, Grid, GridError, GridFolder, Group, NewRun, Ready, RunDescription, RunFolder,
+    RunModel, RunPlan, RunsError,
+};
+use baselines::workers::OneProcess;
+use fetch_env::{EnvId, FetchConfig, MujocoEnv, Task};
+use tempfile::tempdir;
+
+type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
+
+fn reach() -> EnvId {
+    "FetchReach-v4".parse().unwrap()
+}
+
+/// A description of every kind of thing.
+fn description() -> RunDescription {
+    let mut description = RunDescription::new(reach(), Preset::Fast, 7);
+    description.demos = Some("3".to_owned());
+    description.changes = vec!["gamma=0.9".to_owned()];
+    description
+}
+
+fn contents(folder: &Path) -> Result<BTreeMap<OsString, Vec<u8>>> {
+    let file = |entry: fs::DirEntry| Ok((entry.file_name(), fs::read(entry.path())?));
+    fs::read_dir(folder)?.map(|entry| file(entry?)).collect()
+}
+
+#[test]
+fn the_description_of_a_run_is_as_it_always_was() -> Result {
+    let folder = tempdir()?;
+    drop(RunFolder::create(folder.path(), description(), false)?);
+    let expected = r#"{
+  "env_id": "FetchReach-v4",
+  "model": "builtin",
+  "steps": 10000,
+  "updates": null,
+  "target": 1.0,
+  "seed": 7,
+  "preset": "fast",
+  "demos": "3",
+  "changes": [
+    "gamma=0.9"
+  ]
+}
+"#;
+    assert_eq!(fs::read_to_string(folder.path().join("run.json"))?, expected);
+    assert_eq!(description().group(), "FetchReach-v4-fast-demos=3-gamma=0.9");
+    Ok(())
+}
+
+#[test]
+fn a_description_keeps_the_settings_of_the_environment() -> Result {
+    let folder = tempdir()?;
+    let mut description = description();
+    let config = FetchConfig::from(reach()).with_distance_threshold(0.02)?;
+    description.model = RunModel::Folder(folder.path().join("scenes"));
+    description.config = Some(config.clone());
+    drop(RunFolder::create(folder.path(), description.clone(), false)?);
+    let read = RunDescription::read(folder.path())?;
+    assert_eq!(read, description);
+    assert_eq!(read.config(), config.with_model(description.model.source()));
+    description.config = None;
+    assert!(!read.differs_in_seed_alone(&description));
+    Ok(())
+}
+
+#[test]
+fn a_folder_is_of_one_process_until_it_is_dropped() -> Result {
+    let folder = tempdir()?;
+    let first = RunFolder::create(folder.path(), description(), false)?;
+    for second in
+        [RunFolder::create(folder.path(), description(), true), RunFolder::resume(folder.path())]
+    {
+        assert!(matches!(second, Err(FolderError::InUse { .. })), "{second:?}");
+    }
+    // Reading needs no lock, and cannot write.
+    let read = RunFolder::open(folder.path())?;
+    assert!(matches!(read.write_curve(&[]), Err(FolderError::ReadOnly { .. })));
+    drop(first);
+    drop(RunFolder::create(folder.path(), description(), false)?);
+    Ok(())
+}
+
+#[test]
+fn what_may_not_belong_to_a_run_is_refused_and_stays() -> Result {
+    for (name, text, overwrite) in [
+        ("thesis.txt", "a thesis", true),
+        ("run.json", "{\"of\": \"another program\"}", true),
+        ("run.json", "{\"of\": \"another program\"}", false),
+        ("curve.csv", "a curve", false),
+        ("checkpoint-000000000000.zip", "", true),
+        ("run.lock", "the user's", false),
+    ] {
+        let folder = tempdir()?;
+        fs::write(folder.path().join(name), text)?;
+        let before = contents(folder.path())?;
+        let refused = RunFolder::create(folder.path(), description(), overwrite);
+        assert!(refused.is_err(), "{name}: {refused:?}");
+        let mut after = contents(folder.path())?;
+        if name != "run.lock" {
+            after.remove(&OsString::from("run.lock"));
+        }
+        assert!(after == before, "{name}");
+    }
+    Ok(())
+}
+
+/// Small networks, short cycles and evaluations.
+fn short() -> Result<TrainSettings> {
+    let mut settings = Preset::Fast.settings(Task::Reach);
+    for (name, value) in [
+        ("hidden", serde_json::json!([16])),
+        ("batch_size", 16.into()),
+        ("evaluation_episodes", 4.into()),
+        ("evaluation_interval", 100.into()),
+    ] {
+        settings = settings.with_value(name, value)?;
+    }
+    Ok(settings)
+}
+
+fn begin(path: &Path, overwrite: bool) -> Result<Ready, RunsError> {
+    let mut description = RunDescription::new(reach(), Preset::Fast, 7);
+    (description.steps, description.target) = (200, 2.0);
+    let settings = short().expect("they are settings");
+    let new = NewRun { description, settings, overwrite };
+    new.begin(path, 1, Box::new(OneProcess), |_| Ok(()))
+}
+
+#[test]
+fn a_run_begins_ends_and_is_resumed_or_replaced() -> Result {
+    let folder = tempdir()?;
+    let watch = || |_: &Trainer<MujocoEnv>, _: Option<&CurveRow>| ControlFlow::Continue(());
+    let Ready { mut trainer, folder: files, .. } = begin(folder.path(), false)?;
+    let plan = RunPlan::of(files.description());
+    plan.run(&mut trainer, Some(&files), &mut watch())?;
+    let stopped = plan.finish(&mut trainer, &files, 1, || false);
+    assert!(matches!(stopped, Err(RunsError::Evaluate(_))), "{stopped:?}");
+    let outcome = plan.finish(&mut trainer, &files, 1, || true)?;
+    assert_eq!((outcome.counters.steps, outcome.reached), (200, None));
+    let policy = files.read_policy()?;
+    assert_eq!(policy.header().success, outcome.success);
+    assert_eq!(files.read_curve()?.len(), trainer.rows().len());
+    drop(files);
+    let refused = begin(folder.path(), false);
+    let is_told = matches!(
+        &refused,
+        Err(RunsError::Folder(FolderError::HasRun { has_checkpoint: true, .. }))
+    );
+    assert!(is_told, "{refused:?}");
+    // A run that has ended ends again in the same way.
+    let Ready { mut trainer, folder: files, .. } = Ready::resume(folder.path(), 1)?;
+    plan.run(&mut trainer, Some(&files), &mut watch())?;
+    assert_eq!(plan.finish(&mut trainer, &files, 1, || true)?.success, outcome.success);
+    assert!(files.read_policy()?.to_bytes()? == policy.to_bytes()?);
+    files.remove_checkpoints()?;
+    drop(files);
+    assert!(RunFolder::is_finished(folder.path())?);
+    let nothing = Ready::resume(folder.path(), 1);
+    assert!(
+        matches!(nothing, Err(RunsError::Folder(FolderError::NoCheckpoint { .. }))),
+        "{nothing:?}"
+    );
+    drop(begin(folder.path(), true)?);
+    assert!(!folder.path().join("policy.safetensors").exists());
+    Ok(())
+}
+
+const GRID: &str = r#"{ "env_id": "FetchReach-v4", "preset": "fast",
+    "set": { "hidden": [[8]], "gamma": [0.9, 0.95], "batch_size": [32, 64] }, "seeds": [3, 1] }"#;
+
+#[test]
+fn a_grid_is_every_choice_with_every_seed() -> Result {
+    let grid = Grid::parse(GRID)?;
+    let preset = grid.preset()?.settings(Task::Reach);
+    let choices = grid.choices(&preset)?;
+    let parts: Vec<_> = choices.iter().map(|choice| choice.parts.join(" ")).collect();
+    assert_eq!(parts.len(), 4);
+    assert_eq!(parts[1], "gamma=0.9 batch_size=64", "the last one changes first");
+    let folder = tempdir()?;
+    let opened = GridFolder::open(folder.path(), &grid, &preset)?;
+    let runs = grid.runs(&choices, &opened)?;
+    assert_eq!(runs.len(), 8);
+    assert!(runs[2].path.ends_with("runs/batch_size=64-gamma=0.9/seed-3"), "{:?}", runs[2].path);
+    assert_eq!(runs[2].description.changes, ["hidden=[8]", "gamma=0.9", "batch_size=64"]);
+    assert_eq!((runs[2].description.steps, runs[2].description.target), grid.limits()?);
+    drop(opened);
+    let other = Grid::parse(&GRID.replace("0.95", "0.97"))?;
+    let changed = GridFolder::open(folder.path(), &other, &preset);
+    assert!(
+        matches!(&changed, Err(GridError::Changed { difference, .. })
+            if difference == "grid.set.gamma"),
+        "{changed:?}"
+    );
+    Ok(())
+}
+
+#[test]
+fn a_group_has_the_name_of_an_environment() {
+    for name in ["FetchPush-v4", "FetchPush-v4-fast-gamma=0.9"] {
+        assert_eq!(Group::new(name).unwrap().name(), name);
+    }
+    for name in ["", "FetchPush", "FetchPish-v4-fast", "curves"] {
+        assert!(Group::new(name).is_err(), "{name}");
+    }
+}
