@@ -237,7 +237,7 @@ def test_what_the_learner_refuses(tmp_path):
         fetch_env.train("FetchReach-v4", *arguments, progress=False, **settings)
 
     policy = fetch_env.Policy.shipped("FetchReach-v4")
-    with pytest.raises(ValueError, match="no preset slow; .* All are: authors, book, fast"):
+    with pytest.raises(ValueError, match=r"no preset slow; .* All are: authors, book, fast"):
         train("slow")
     with pytest.raises(ValueError, match=r"these are not settings of the learner: .*rate"):
         train({"rate": 1.0})

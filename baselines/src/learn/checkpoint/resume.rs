@@ -63,19 +63,16 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// [`CheckpointError::OtherSettings`](Error::OtherSettings) if the run in the folder has other
     /// settings or another seed.
     ///
-    /// ```
+    /// ```no_run
     /// use std::ops::ControlFlow;
     ///
     /// use baselines::learn::{TrainSettings, Trainer};
     /// use fetch_env::{Task, make_kinematic};
     ///
-    /// # let folder = tempfile::tempdir()?;
     /// let folder = "push";
-    /// # let folder = folder.path();
     /// let make = || Ok(make_kinematic("FetchPush-v4")?);
     /// let settings = TrainSettings::fast(Task::Push);
     /// let mut trainer = Trainer::resume_or_new(make, settings, 0, 2, folder)?;
-    /// # return Ok(());
     /// trainer.run(500_000, None, |trainer, row| {
     ///     println!("{} steps: {:?}", row.counters.steps, row.success_rate);
     ///     match trainer.save(folder) {
