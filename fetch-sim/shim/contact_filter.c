@@ -104,6 +104,11 @@ static void restart(fs_filter* filter) {
   for (int i = 0; i < filter->shapes->npair; i++) filter->pairs[i].clear_until = -HUGE_VAL;
 }
 
+void fs_set_filter_shapes(fs_filter* filter, const fs_shapes* shapes) {
+  filter->shapes = shapes;
+  restart(filter);
+}
+
 // Adds to a geom's travel the distance it has moved since the last call. Returns 1 if all travels
 // restarted from 0 instead.
 static int update_travel(fs_filter* filter, int geom) {

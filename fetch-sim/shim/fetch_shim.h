@@ -28,12 +28,38 @@
   X(FS_BODY, mjOBJ_BODY) X(FS_JOINT, mjOBJ_JOINT) X(FS_GEOM, mjOBJ_GEOM) X(FS_SITE, mjOBJ_SITE)    \
   X(FS_CAMERA, mjOBJ_CAMERA)
 
+// MuJoCo has trees of boxes since 2.3.3.
+#if mjVERSION_HEADER >= 233
+#define FS_BVH_ADDRESSES(X) X(FS_BODY_BVHADR, body_bvhadr, m->nbody)
+#define FS_BOXES(X)                                                                                \
+  X(FS_GEOM_AABB, m->geom_aabb, 6 * m->ngeom) X(FS_BVH_AABB, m->bvh_aabb, 6 * m->nbvh)
+#else
+#define FS_BVH_ADDRESSES(X) X(FS_BODY_BVHADR, body_jntadr, 0)
+#define FS_BOXES(X) X(FS_GEOM_AABB, NULL, 0) X(FS_BVH_AABB, NULL, 0)
+#endif
+
 // Integer arrays of a model, and their lengths.
 #define FS_MODEL_ARRAYS(X)                                                                         \
   X(FS_JNT_QPOSADR, jnt_qposadr, m->njnt) X(FS_JNT_DOFADR, jnt_dofadr, m->njnt)                    \
   X(FS_BODY_MOCAPID, body_mocapid, m->nbody) X(FS_BODY_PARENTID, body_parentid, m->nbody)          \
   X(FS_BODY_JNTADR, body_jntadr, m->nbody) X(FS_GEOM_BODYID, geom_bodyid, m->ngeom)                \
-  X(FS_SITE_BODYID, site_bodyid, m->nsite)
+  X(FS_SITE_BODYID, site_bodyid, m->nsite)                                                          \
+  FS_BVH_ADDRESSES(X) X(FS_EQ_OBJ1ID, eq_obj1id, m->neq) X(FS_EQ_OBJ2ID, eq_obj2id, m->neq)                            \
+  X(FS_PAIR_GEOM1, pair_geom1, m->npair) X(FS_PAIR_GEOM2, pair_geom2, m->npair)
+
+// Arrays of a model that a copy of it may change, and their lengths.
+#define FS_PHYSICS_ARRAYS(X)                                                                       \
+  X(FS_GEOM_SIZE, m->geom_size, 3 * m->ngeom) X(FS_GEOM_RBOUND, m->geom_rbound, m->ngeom)          \
+  FS_BOXES(X) X(FS_GEOM_FRICTION, m->geom_friction, 3 * m->ngeom)                                  \
+  X(FS_PAIR_FRICTION, m->pair_friction, 5 * m->npair) X(FS_BODY_MASS, m->body_mass, m->nbody)      \
+  X(FS_BODY_INERTIA, m->body_inertia, 3 * m->nbody)                                                \
+  X(FS_BODY_SUBTREEMASS, m->body_subtreemass, m->nbody)                                            \
+  X(FS_BODY_INVWEIGHT, m->body_invweight0, 2 * m->nbody)                                           \
+  X(FS_DOF_INVWEIGHT, m->dof_invweight0, m->nv) X(FS_DOF_DAMPING, m->dof_damping, m->nv)           \
+  X(FS_DOF_M0, m->dof_M0, m->nv) X(FS_EQ_SOLREF, m->eq_solref, mjNREF * m->neq)                    \
+  X(FS_ACTUATOR_GAINPRM, m->actuator_gainprm, mjNGAIN * m->nu)                                     \
+  X(FS_ACTUATOR_BIASPRM, m->actuator_biasprm, mjNBIAS * m->nu)                                     \
+  X(FS_GRAVITY, m->opt.gravity, 3) X(FS_MEANINERTIA, &m->stat.meaninertia, 1)
 
 // Arrays of a simulation's data, and their lengths.
 #define FS_DATA_ARRAYS(X)                                                                          \
@@ -64,13 +90,14 @@
 enum { FS_STATUSES(FS_ENUMERATOR) };
 enum { FS_OBJECT_KINDS(FS_ENUMERATOR) };
 enum { FS_MODEL_ARRAYS(FS_ENUMERATOR) };
+enum { FS_PHYSICS_ARRAYS(FS_ENUMERATOR) FS_NUM_PHYSICS_ARRAYS };
 enum { FS_DATA_ARRAYS(FS_ENUMERATOR) FS_NUM_DATA_ARRAYS };
 enum { FS_FAULTS(FS_ENUMERATOR) };
 enum { FS_SHAPES(FS_ENUMERATOR) };
 enum { FS_SEGMENTS(FS_ENUMERATOR) };
 #define FS_NUMBERS(X)                                                                              \
-  FS_STATUSES(X) FS_OBJECT_KINDS(X) FS_MODEL_ARRAYS(X) FS_DATA_ARRAYS(X) X(FS_NUM_DATA_ARRAYS)     \
-  FS_FAULTS(X) FS_SHAPES(X) FS_SEGMENTS(X)
+  FS_STATUSES(X) FS_OBJECT_KINDS(X) FS_MODEL_ARRAYS(X) FS_PHYSICS_ARRAYS(X)                        \
+  X(FS_NUM_PHYSICS_ARRAYS) FS_DATA_ARRAYS(X) X(FS_NUM_DATA_ARRAYS) FS_FAULTS(X) FS_SHAPES(X) FS_SEGMENTS(X)
 
 // Sizes of a model.
 #define FS_COUNTS(X, s)                                                                            \
@@ -144,6 +171,8 @@ fs_status fs_load_path(const char* path, mjModel** model);
 // Compiles the first of `count` files held in memory; it may include the others by name.
 fs_status fs_load_files(const char* const* names, const char* const* bytes, const int* sizes,
                         int count, mjModel** model);
+// Copies a model, which does not change.
+fs_status fs_copy_model(const mjModel* m, mjModel** copy);
 void fs_delete_model(mjModel* m);
 void fs_model_sizes(const mjModel* m, fs_sizes* sizes);
 
@@ -156,6 +185,10 @@ int fs_actuator_joint(const mjModel* m, int actuator);
 // Returns an array of the model, and its length. Valid as long as the model.
 const int* fs_model_array(const mjModel* m, int array, int* len);
 
+// Writes the arrays of a model that may change, which keep their places as long as it lives. The
+// address of an empty array may be NULL.
+void fs_physics_arrays(mjModel* m, fs_array arrays[FS_NUM_PHYSICS_ARRAYS]);
+
 // Overwrites the first `count` numbers of the data of every weld of a body.
 void fs_set_weld_data(mjModel* m, int body, const double* values, int count);
 // Lowers the number of constraints and of stack entries (8 bytes each) for which every mjData of
@@ -166,6 +199,8 @@ void fs_limit_sizes(mjModel* m, int njmax, int nstack);
 // touch by several pairs of geoms, in the order of 2.x.
 void fs_disable_midphase(mjModel* m);
 
+// Returns the shape of the geom of an id below `ngeom`.
+int fs_geom_shape(const mjModel* m, int geom);
 // Describes the geom of an id below `ngeom`.
 void fs_get_visual_geom(const mjModel* m, int geom, fs_visual_geom* out);
 // Writes the corners of a triangle of a geom's mesh, in the geom's frame; the number of the
@@ -200,11 +235,18 @@ int fs_fault_count(const mjData* d, int fault);
 
 // Returns the shapes of a model, which must outlive them, or NULL if memory runs out.
 fs_shapes* fs_make_shapes(const mjModel* m);
+// Returns the shapes of a copy of their model, which must not outlive them, or NULL if memory runs out.
+fs_shapes* fs_copy_shapes(const fs_shapes* shapes);
+// Computes the shape of a geom again whose sizes in the model have changed.
+void fs_resize_shape(fs_shapes* shapes, const mjModel* m, int geom);
 void fs_delete_shapes(fs_shapes* shapes);
 
 // Returns a filter for one simulation, or NULL if memory runs out. The shapes must outlive it.
 fs_filter* fs_make_filter(const fs_shapes* shapes, const mjData* d);
 void fs_delete_filter(fs_filter* filter);
+// Gives a filter the shapes of a copy of its model, which must outlive it, or its own ones again after
+// they have changed.
+void fs_set_filter_shapes(fs_filter* filter, const fs_shapes* shapes);
 // Sets whether every rejection is checked against MuJoCo's own collision routine.
 void fs_check_filter(fs_filter* filter, int check);
 void fs_get_filter_counts(const fs_filter* filter, fs_filter_counts* counts);

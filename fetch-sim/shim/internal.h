@@ -60,7 +60,7 @@ typedef void (*fs_handler)(const char*);
 
 #define FS_FUNCTIONS(X)                                                                            \
   FS_VFS_FUNCTIONS(X)                                                                              \
-  X(mj_version) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_loadXML) X(mj_deleteModel) X(mj_makeData)    \
+  X(mj_version) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_loadXML) X(mj_copyModel) X(mj_deleteModel) X(mj_makeData)    \
   X(mj_deleteData) X(mj_resetData) X(mj_step) X(mj_forward) X(mj_jacSite) X(mj_jacBody)            \
   X(mj_name2id) X(mj_id2name) X(mj_kinematics) X(mj_comPos) X(mj_camlight) X(mju_malloc) X(mju_free)             \
   X(mjv_defaultCamera) X(mjv_defaultOption) X(mjv_defaultPerturb) X(mjv_defaultScene)              \

@@ -69,6 +69,14 @@ fs_status fs_load_files(const char* const* names, const char* const* bytes, cons
   return status;
 }
 
+fs_status fs_copy_model(const mjModel* m, mjModel** copy) {
+  *copy = NULL;
+  FS_GUARDED(NULL, {
+    *copy = mj->mj_copyModel(NULL, m);
+    if (!*copy) fs_on_error("no memory for a copy of the model");
+  });
+}
+
 void fs_delete_model(mjModel* m) { FS_RELEASE(mj->mj_deleteModel(m)); }
 
 // ------------------------------------------------------------------------------------ looking up
@@ -110,6 +118,12 @@ const int* fs_model_array(const mjModel* m, int array, int* len) {
 
 // ---------------------------------------------------------------------------------------- changes
 
+void fs_physics_arrays(mjModel* m, fs_array arrays[FS_NUM_PHYSICS_ARRAYS]) {
+#define X(number, array, length) arrays[number] = (fs_array){array, (size_t)(length)};
+  FS_PHYSICS_ARRAYS(X)
+#undef X
+}
+
 void fs_set_weld_data(mjModel* m, int body, const double* values, int count) {
   for (int i = 0; i < (int)m->neq; i++) {
     if (m->eq_type[i] != mjEQ_WELD) continue;
@@ -145,6 +159,8 @@ static int visual_shape(int type) {
     default: return FS_OTHER_SHAPE;
   }
 }
+
+int fs_geom_shape(const mjModel* m, int geom) { return visual_shape(m->geom_type[geom]); }
 
 void fs_get_visual_geom(const mjModel* m, int geom, fs_visual_geom* out) {
   static const float unset[4] = {0.5f, 0.5f, 0.5f, 1.0f};

@@ -204,6 +204,7 @@ static void number_pairs(const mjModel* m, fs_shapes* shapes) {
 fs_shapes* fs_make_shapes(const mjModel* m) {
   fs_shapes* shapes = calloc(1, sizeof *shapes);
   if (!shapes) return NULL;
+  shapes->owns_tables = 1;
   shapes->ngeom = (int)m->ngeom;
   shapes->nmesh = (int)m->nmesh;
   shapes->geoms = calloc((size_t)shapes->ngeom + 1, sizeof *shapes->geoms);
@@ -229,13 +230,35 @@ fs_shapes* fs_make_shapes(const mjModel* m) {
   return NULL;
 }
 
+fs_shapes* fs_copy_shapes(const fs_shapes* shapes) {
+  fs_shapes* copy = malloc(sizeof *copy);
+  const size_t size = ((size_t)shapes->ngeom + 1) * sizeof *shapes->geoms;
+  fs_shape* geoms = malloc(size);
+  if (!copy || !geoms) {
+    free(copy);
+    free(geoms);
+    return NULL;
+  }
+  memcpy(geoms, shapes->geoms, size);
+  *copy = *shapes;
+  copy->geoms = geoms;
+  copy->owns_tables = 0;
+  return copy;
+}
+
+void fs_resize_shape(fs_shapes* shapes, const mjModel* m, int geom) {
+  if (shapes->geoms[geom].type != FS_NO_SHAPE) make_shape(m, geom, shapes->hulls, shapes->geoms + geom);
+}
+
 void fs_delete_shapes(fs_shapes* shapes) {
-  for (int mesh = 0; shapes->hulls && mesh < shapes->nmesh; mesh++) {
+  for (int mesh = 0; shapes->owns_tables && shapes->hulls && mesh < shapes->nmesh; mesh++) {
     free(shapes->hulls[mesh].candidates);
   }
-  free(shapes->hulls);
+  if (shapes->owns_tables) {
+    free(shapes->hulls);
+    free(shapes->pairs);
+  }
   free(shapes->geoms);
-  free(shapes->pairs);
   free(shapes);
 }
 

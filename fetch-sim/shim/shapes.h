@@ -35,6 +35,7 @@ struct fs_shapes {
   fs_shape* geoms;
   fs_hull* hulls;
   int* pairs;  // [ngeom][ngeom], symmetric; see fs_pair
+  int owns_tables;  // whether the hulls and the pairs are its own
 };
 
 // Returns the number, below npair, of a pair of geoms that may touch and whose shapes are supported;

@@ -29,7 +29,6 @@ pub(crate) fn check_inside<'a>(
 }
 
 /// Checks that a number lies between two others.
-#[cfg(feature = "mujoco")]
 pub(crate) fn check_between(
     what: &'static str,
     value: f64,

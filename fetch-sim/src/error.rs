@@ -2,7 +2,7 @@
 
 use std::{fmt, path::PathBuf};
 
-use crate::task::Task;
+use crate::{physics::PhysicsFactor, task::Task};
 
 /// Error returned when a simulation cannot be created or continued.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -28,6 +28,20 @@ pub enum SimError {
         least: f64,
         /// The largest valid value.
         most: f64,
+    },
+    /// There is no factor of this name.
+    #[error("there is no factor {name}: pass one of {}", factor_names())]
+    UnknownFactor {
+        /// The name.
+        name: String,
+    },
+    /// A simulation cannot vary a number of its physics.
+    #[error("{factor} cannot vary here, because {reason}: leave it out")]
+    CannotVary {
+        /// The number.
+        factor: PhysicsFactor,
+        /// Why not.
+        reason: &'static str,
     },
     /// The physics diverged.
     #[error("the simulation became unstable ({reason}): reset the environment")]
@@ -212,6 +226,10 @@ impl fmt::Display for TriedLibrary {
             None => write!(f, "{place}: {reason}"),
         }
     }
+}
+
+fn factor_names() -> String {
+    PhysicsFactor::ALL.iter().map(|factor| factor.name()).collect::<Vec<_>>().join(", ")
 }
 
 fn list(tried: &[TriedLibrary]) -> String {

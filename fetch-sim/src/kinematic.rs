@@ -7,6 +7,7 @@ use crate::{
     bounds::{check_object_position, first_outside},
     config::SimConfig,
     error::SimError,
+    physics::{Physics, PhysicsFactor},
     simulator::{Control, GripperState, ObjectState, Settled, Simulator},
     task::{Task, spec::ObjectSpec},
 };
@@ -44,6 +45,7 @@ pub struct KinematicSimulator {
     config: SimConfig,
     gripper: GripperState,
     object: Option<Object>,
+    physics: Physics,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,6 +79,7 @@ impl KinematicSimulator {
                 velocity: Vector3::zeros(),
                 motion: Vector3::zeros(),
             }),
+            physics: Physics::default(),
         }
     }
 
@@ -148,11 +151,12 @@ impl KinematicSimulator {
 
     fn slide_and_fall(&self, object: &mut Object) {
         let speed = object.motion.xy().norm();
-        let slower = (speed - SLIDE_FRICTION * TIME_STEP).max(0.0);
+        let friction = SLIDE_FRICTION * self.physics.scale(PhysicsFactor::Friction);
+        let slower = (speed - friction * TIME_STEP).max(0.0);
         let keep = if speed > 0.0 { slower / speed } else { 0.0 };
         object.motion.x *= keep;
         object.motion.y *= keep;
-        object.motion.z -= GRAVITY * TIME_STEP;
+        object.motion.z -= self.physics.get(PhysicsFactor::Gravity).unwrap_or(GRAVITY) * TIME_STEP;
         object.position += object.motion * TIME_STEP;
         let support = self.support(object);
         if object.position.z <= support {
@@ -182,7 +186,29 @@ impl Simulator for KinematicSimulator {
     }
 
     fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
-        let mut settled = Self::new(&self.config);
+        self.reset_varied(object_xy, &Physics::default())
+    }
+
+    /// The friction of a sliding object and the gravity can vary.
+    fn can_vary(&self, factor: PhysicsFactor) -> Result<(), SimError> {
+        if matches!(factor, PhysicsFactor::Friction | PhysicsFactor::Gravity) {
+            return Ok(());
+        }
+        let reason = "the kinematic simulator varies only friction and gravity";
+        Err(SimError::CannotVary { factor, reason })
+    }
+
+    fn physics(&self) -> Physics {
+        self.physics
+    }
+
+    fn reset_varied(
+        &mut self,
+        object_xy: Option<[f64; 2]>,
+        physics: &Physics,
+    ) -> Result<(), SimError> {
+        physics.iter().try_for_each(|(factor, _)| self.can_vary(factor))?;
+        let mut settled = Self { physics: *physics, ..Self::new(&self.config) };
         if let Some([x, y]) = object_xy {
             let object =
                 settled.object.as_mut().ok_or(SimError::NoObject { task: self.config.task() })?;
@@ -251,12 +277,14 @@ struct Saved {
     config: SimConfig,
     gripper: GripperState,
     object: Option<Object>,
+    #[serde(default)]
+    physics: Physics,
 }
 
 impl TryFrom<Saved> for KinematicSimulator {
     type Error = SimError;
 
-    fn try_from(Saved { config, gripper, object }: Saved) -> Result<Self, SimError> {
+    fn try_from(Saved { config, gripper, object, physics }: Saved) -> Result<Self, SimError> {
         let foreign = |reason| Err(SimError::ForeignSnapshot { reason });
         if object.is_some() != config.task().has_object() {
             return foreign(format!("its object is {object:?}, the task is {}", config.task()));
@@ -271,6 +299,11 @@ impl TryFrom<Saved> for KinematicSimulator {
         if !is_reachable || !fingers.iter().all(|q| (0.0..=FINGER_OPEN).contains(q)) {
             return foreign(format!("its gripper cannot be at {gripper:?}"));
         }
-        Ok(Self { config, gripper, object })
+        let simulator = Self { config, gripper, object, physics };
+        let varies = |(factor, _)| simulator.can_vary(factor);
+        match physics.iter().try_for_each(varies) {
+            Ok(()) => Ok(simulator),
+            Err(error) => foreign(error.to_string()),
+        }
     }
 }

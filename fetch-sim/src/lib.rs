@@ -32,6 +32,7 @@
 //! | add to its model, or change its object | [`Extension`] |
 //! | edit its model, or bring your own scene | `builtin_files`, [`ModelFiles`], [`ModelSource`] |
 //! | show and place further objects | `MujocoSimulator::object_state`, `place_object` |
+//! | change its physics between episodes | [`Simulator::reset_varied`] with [`Physics`] |
 //! | step the robot | [`Simulator::step`] with a [`Control`] |
 //! | simulate a model of your own | `Model`, then `Data` |
 //! | draw a simulation | `Renderer` |
@@ -119,6 +120,7 @@ mod model_files;
 #[cfg(feature = "mujoco")]
 mod mujoco;
 mod object;
+mod physics;
 mod privileges;
 mod simulator;
 mod task;
@@ -134,6 +136,7 @@ pub use model_files::ModelFiles;
 #[cfg(feature = "mujoco")]
 pub use mujoco::*;
 pub use object::ObjectShape;
+pub use physics::{Physics, PhysicsFactor};
 pub use simulator::{Control, GripperState, ObjectState, Settled, Simulator};
 pub use task::{GoalSpec, ObjectSpec, Task, TaskSpec};
 

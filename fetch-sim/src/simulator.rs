@@ -3,7 +3,11 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::{error::SimError, task::Task};
+use crate::{
+    error::SimError,
+    physics::{Physics, PhysicsFactor},
+    task::Task,
+};
 
 /// A simulated Fetch robot, as an environment needs it.
 ///
@@ -57,6 +61,35 @@ pub trait Simulator {
     /// coordinate is NaN or exceeds [`LARGEST_NUMBER`](crate::LARGEST_NUMBER); the simulation is
     /// then unchanged.
     fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError>;
+
+    /// Returns to the settled state as [`reset`](Self::reset) does, with other physics until the next
+    /// reset. An object of another size stands on the table. Where this simulator varies nothing, as
+    /// by default, `physics` must be empty.
+    ///
+    /// # Errors
+    /// [`SimError::CannotVary`], and as [`reset`](Self::reset). After the first, the simulation is
+    /// unchanged.
+    fn reset_varied(
+        &mut self,
+        object_xy: Option<[f64; 2]>,
+        physics: &Physics,
+    ) -> Result<(), SimError> {
+        physics.iter().try_for_each(|(factor, _)| self.can_vary(factor))?;
+        self.reset(object_xy)
+    }
+
+    /// Checks that [`reset_varied`](Self::reset_varied) can vary a number.
+    ///
+    /// # Errors
+    /// [`SimError::CannotVary`].
+    fn can_vary(&self, factor: PhysicsFactor) -> Result<(), SimError> {
+        Err(SimError::CannotVary { factor, reason: "this simulator varies nothing" })
+    }
+
+    /// Returns the numbers of the physics that differ from the model's: none by default.
+    fn physics(&self) -> Physics {
+        Physics::default()
+    }
 
     /// Simulates one control step.
     ///

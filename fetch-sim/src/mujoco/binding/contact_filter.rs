@@ -1,11 +1,10 @@
 //! The contact filter of a simulation; `shim/contact_filter.c` explains how and why it works.
 
-use std::{ffi::c_int, sync::Arc};
+use std::ffi::c_int;
 
 use super::{
-    ffi::{self, ContactFilterCounts, RawData, RawFilter},
+    ffi::{self, ContactFilterCounts, RawData, RawFilter, RawShapes},
     library::Owned,
-    model::Model,
 };
 use crate::error::SimError;
 
@@ -14,8 +13,6 @@ use crate::error::SimError;
 #[derive(Debug)]
 pub struct ContactFilter {
     raw: Owned<RawFilter>,
-    /// Owns the shapes that the filter reads.
-    _model: Arc<Model>,
 }
 
 impl ContactFilter {
@@ -24,14 +21,27 @@ impl ContactFilter {
     /// simulation.
     pub const MAX_GEOMS: usize = 1024;
 
-    pub(crate) fn new(model: &Arc<Model>, data: &Owned<RawData>) -> Result<Self, SimError> {
+    /// Creates the filter of a simulation.
+    ///
+    /// # Safety
+    /// The shapes and the data outlive the filter.
+    pub(super) unsafe fn new(
+        shapes: &Owned<RawShapes>,
+        data: &Owned<RawData>,
+    ) -> Result<Self, SimError> {
         // SAFETY: the shapes and the data are alive.
-        let raw = unsafe { ffi::fs_make_filter(model.shapes()?.as_ptr(), data.as_ptr()) };
-        // SAFETY: the filter was just made. The shapes outlive it because it holds the model that
-        // owns them, and the data because it drops its filter first and lends it to nobody who could
-        // take it.
-        let raw = unsafe { Owned::new(raw, "the contact filter") }?;
-        Ok(Self { raw, _model: Arc::clone(model) })
+        let raw = unsafe { ffi::fs_make_filter(shapes.as_ptr(), data.as_ptr()) };
+        // SAFETY: the filter was just made, and the caller keeps alive what it uses.
+        Ok(Self { raw: unsafe { Owned::new(raw, "the contact filter") }? })
+    }
+
+    /// Takes shapes of other sizes for the same geoms.
+    ///
+    /// # Safety
+    /// The shapes outlive the filter, and are those of a copy of its model.
+    pub(super) unsafe fn set_shapes(&mut self, shapes: &Owned<RawShapes>) {
+        // SAFETY: both are alive, and the caller keeps the shapes so.
+        unsafe { ffi::fs_set_filter_shapes(self.raw.as_ptr(), shapes.as_ptr()) };
     }
 
     pub(crate) const fn as_ptr(&self) -> *mut RawFilter {

@@ -4,10 +4,11 @@ use std::{ffi::c_int, fmt, ptr, slice, sync::Arc};
 
 use super::{
     contact_filter::ContactFilter,
-    ffi::{self, DataArray, DataArrays, Fault, RawArray, RawData, RawFilter},
+    ffi::{self, DataArray, DataArrays, Fault, RawArray, RawData, RawFilter, RawModel},
     ids::GeomId,
     library::{Owned, check},
     model::Model,
+    varied_model::VariedModel,
 };
 use crate::{bounds::check_inside, error::SimError};
 
@@ -21,6 +22,8 @@ pub struct Data {
     filter: Option<ContactFilter>,
     raw: Owned<RawData>,
     arrays: DataArrays,
+    /// What is simulated instead of the model, if its numbers have been changed.
+    varied: Option<VariedModel>,
     model: Arc<Model>,
 }
 
@@ -44,7 +47,7 @@ impl Data {
         let mut arrays = DataArrays::default();
         // SAFETY: the data is alive and was made from this model; `arrays` is valid for writes.
         unsafe { ffi::fs_data_arrays(model.as_ptr(), raw.as_ptr(), &raw mut arrays) };
-        Ok(Self { filter: None, raw, arrays, model })
+        Ok(Self { filter: None, raw, arrays, varied: None, model })
     }
 
     /// Adds a [`ContactFilter`] to the simulation, or removes it. New data has none, so a
@@ -55,7 +58,16 @@ impl Data {
     /// [`SimError::NoMemory`].
     pub fn set_contact_filter(&mut self, filter: bool) -> Result<(), SimError> {
         let filter = filter && self.model.ngeom() <= ContactFilter::MAX_GEOMS;
-        self.filter = filter.then(|| ContactFilter::new(&self.model, &self.raw)).transpose()?;
+        self.filter = None;
+        if filter {
+            let shapes = match &mut self.varied {
+                Some(varied) => varied.shapes()?,
+                None => self.model.shapes()?,
+            };
+            // SAFETY: this owns the data and what owns the shapes, drops its filter before them, and
+            // lends it to nobody who could take it.
+            self.filter = Some(unsafe { ContactFilter::new(shapes, &self.raw) }?);
+        }
         Ok(())
     }
 
@@ -78,7 +90,32 @@ impl Data {
         self.filter.as_ref().map_or(ptr::null_mut(), ContactFilter::as_ptr)
     }
 
-    /// Returns the simulated model.
+    /// Changes numbers of the model, for this simulation alone, which must then be
+    /// [`reset`](Self::reset). The first call copies the model.
+    pub(crate) fn vary(&mut self, change: impl FnOnce(&mut VariedModel)) -> Result<(), SimError> {
+        let varied = match self.varied.take() {
+            Some(varied) => varied,
+            None => VariedModel::new(&self.model)?,
+        };
+        let varied = self.varied.insert(varied);
+        if let Some(filter) = &mut self.filter {
+            varied.shapes()?;
+            change(varied);
+            // SAFETY: this owns the shapes' owner, and drops its filter first; they are a copy of the
+            // model's.
+            unsafe { filter.set_shapes(varied.shapes()?) };
+        } else {
+            change(varied);
+        }
+        Ok(())
+    }
+
+    /// Returns what is simulated: the model, or this simulation's copy of it.
+    pub(super) fn simulated(&self) -> *const RawModel {
+        self.varied.as_ref().map_or_else(|| self.model.as_ptr(), VariedModel::as_ptr)
+    }
+
+    /// Returns the simulated model, without the numbers that vary.
     #[must_use]
     pub const fn model(&self) -> &Arc<Model> {
         &self.model
@@ -93,8 +130,8 @@ impl Data {
     /// # Errors
     /// [`SimError::Mujoco`] with MuJoCo's message.
     pub fn reset(&mut self) -> Result<(), SimError> {
-        // SAFETY: the data is alive and was made from this model.
-        check(unsafe { ffi::fs_reset(self.model.as_ptr(), self.raw.as_ptr()) })
+        // SAFETY: the data is alive and was made from this model, or the model that it is a copy of.
+        check(unsafe { ffi::fs_reset(self.simulated(), self.raw.as_ptr()) })
     }
 
     /// Computes everything that follows from positions, velocities and controls (`mj_forward`).
@@ -102,7 +139,7 @@ impl Data {
     /// # Errors
     /// [`SimError::Mujoco`], [`SimError::Unstable`] or [`SimError::BufferFull`].
     pub fn forward(&mut self) -> Result<(), SimError> {
-        let (model, data) = (self.model.as_ptr(), self.raw.as_ptr());
+        let (model, data) = (self.simulated(), self.raw.as_ptr());
         // SAFETY: the data is alive and was made from this model; so was the filter, if any.
         check(unsafe { ffi::fs_forward(model, data, self.filter_ptr()) })?;
         self.check_faults()
@@ -115,7 +152,7 @@ impl Data {
     /// be [`reset`](Self::reset).
     pub fn step(&mut self, count: u32) -> Result<(), SimError> {
         let count = c_int::try_from(count).unwrap_or(c_int::MAX);
-        let (model, data) = (self.model.as_ptr(), self.raw.as_ptr());
+        let (model, data) = (self.simulated(), self.raw.as_ptr());
         // SAFETY: the data is alive and was made from this model; so was the filter, if any.
         check(unsafe { ffi::fs_step(model, data, self.filter_ptr(), count) })?;
         self.check_faults()

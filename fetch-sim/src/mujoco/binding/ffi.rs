@@ -58,7 +58,7 @@ contract! {
     numbers {
         FS_OK = 0, FS_FAILED = 1, FS_WARNED = 2,
 
-        FS_NUM_DATA_ARRAYS = 12,
+        FS_NUM_DATA_ARRAYS = 12, FS_NUM_PHYSICS_ARRAYS = 18,
 
         FS_PLANE = 0, FS_SPHERE = 1, FS_CAPSULE = 2, FS_ELLIPSOID = 3, FS_CYLINDER = 4, FS_BOX = 5,
         FS_MESH = 6, FS_OTHER_SHAPE = 7,
@@ -75,7 +75,21 @@ contract! {
         ModelArray {
             JntQposadr = FS_JNT_QPOSADR, JntDofadr = FS_JNT_DOFADR, BodyMocapid = FS_BODY_MOCAPID,
             BodyParentid = FS_BODY_PARENTID, BodyJntadr = FS_BODY_JNTADR,
-            GeomBodyid = FS_GEOM_BODYID, SiteBodyid = FS_SITE_BODYID,
+            GeomBodyid = FS_GEOM_BODYID, SiteBodyid = FS_SITE_BODYID, BodyBvhadr = FS_BODY_BVHADR,
+            EqObj1id = FS_EQ_OBJ1ID, EqObj2id = FS_EQ_OBJ2ID, PairGeom1 = FS_PAIR_GEOM1,
+            PairGeom2 = FS_PAIR_GEOM2,
+        }
+
+        /// Arrays of a model that a copy of it may change.
+        PhysicsArray {
+            GeomSize = FS_GEOM_SIZE, GeomRbound = FS_GEOM_RBOUND, GeomAabb = FS_GEOM_AABB,
+            BvhAabb = FS_BVH_AABB, GeomFriction = FS_GEOM_FRICTION,
+            PairFriction = FS_PAIR_FRICTION, BodyMass = FS_BODY_MASS,
+            BodyInertia = FS_BODY_INERTIA, BodySubtreemass = FS_BODY_SUBTREEMASS,
+            BodyInvweight = FS_BODY_INVWEIGHT, DofInvweight = FS_DOF_INVWEIGHT,
+            DofDamping = FS_DOF_DAMPING, DofM0 = FS_DOF_M0, EqSolref = FS_EQ_SOLREF,
+            ActuatorGainprm = FS_ACTUATOR_GAINPRM, ActuatorBiasprm = FS_ACTUATOR_BIASPRM,
+            Gravity = FS_GRAVITY, Meaninertia = FS_MEANINERTIA,
         }
 
         /// Arrays of a simulation's data.
@@ -133,6 +147,9 @@ contract! {
 
 /// All arrays of a simulation's data, by [`DataArray`].
 pub(crate) type DataArrays = [RawArray; FS_NUM_DATA_ARRAYS as usize];
+
+/// All arrays of a model that a copy of it may change, by [`PhysicsArray`].
+pub(crate) type PhysicsArrays = [RawArray; FS_NUM_PHYSICS_ARRAYS as usize];
 
 /// A type of C that Rust knows only by pointer.
 pub(crate) trait Opaque {
@@ -234,6 +251,7 @@ functions! {
             count: c_int,
             m: *mut *mut RawModel,
         ) -> c_int;
+        fn fs_copy_model(m: *const RawModel, copy: *mut *mut RawModel) -> c_int;
         fn fs_delete_model(m: *mut RawModel);
         fn fs_model_sizes(m: *const RawModel, sizes: *mut Sizes);
         fn fs_name_to_id(
@@ -250,9 +268,11 @@ functions! {
         ) -> c_int;
         fn fs_actuator_joint(m: *const RawModel, actuator: c_int) -> c_int;
         fn fs_model_array(m: *const RawModel, array: c_int, len: *mut c_int) -> *const c_int;
+        fn fs_physics_arrays(m: *mut RawModel, out: *mut PhysicsArrays);
         fn fs_set_weld_data(m: *mut RawModel, body: c_int, values: *const f64, count: c_int);
         fn fs_limit_sizes(m: *mut RawModel, njmax: c_int, nstack: c_int);
         fn fs_disable_midphase(m: *mut RawModel);
+        fn fs_geom_shape(m: *const RawModel, geom: c_int) -> c_int;
         fn fs_get_visual_geom(m: *const RawModel, geom: c_int, out: *mut RawVisualGeom);
         fn fs_get_triangle(m: *const RawModel, geom: c_int, at: c_int, out: *mut [f64; 3]);
 
@@ -288,9 +308,12 @@ functions! {
         fn fs_fault_count(d: *const RawData, fault: c_int) -> c_int;
 
         fn fs_make_shapes(m: *const RawModel) -> *mut RawShapes;
+        fn fs_copy_shapes(shapes: *const RawShapes) -> *mut RawShapes;
+        fn fs_resize_shape(shapes: *mut RawShapes, m: *const RawModel, geom: c_int);
         fn fs_delete_shapes(shapes: *mut RawShapes);
         fn fs_make_filter(shapes: *const RawShapes, d: *const RawData) -> *mut RawFilter;
         fn fs_delete_filter(f: *mut RawFilter);
+        fn fs_set_filter_shapes(f: *mut RawFilter, shapes: *const RawShapes);
         fn fs_check_filter(f: *mut RawFilter, check: c_int);
         fn fs_get_filter_counts(f: *const RawFilter, counts: *mut ContactFilterCounts);
 

@@ -144,6 +144,13 @@ impl Model {
         Ok(BodyId(body as usize))
     }
 
+    /// Returns the shape of a geom: one of the shim's numbers, such as [`FS_BOX`](ffi::FS_BOX).
+    pub(crate) fn geom_shape(&self, geom: usize) -> c_int {
+        assert!(geom < self.ngeom(), "a geom of another model");
+        // SAFETY: the model is alive, and the geom is one of its geoms.
+        unsafe { ffi::fs_geom_shape(self.as_ptr(), geom as c_int) }
+    }
+
     /// Returns the body to which a site is fixed.
     pub(crate) fn site_body(&self, site: SiteId) -> Result<BodyId, SimError> {
         let body = self.property(ModelArray::SiteBodyid, ObjectKind::Site, site.0)?;
@@ -193,7 +200,7 @@ impl Model {
         numbers.get(id).copied().ok_or_else(unknown)
     }
 
-    fn array(&self, array: ModelArray) -> &[c_int] {
+    pub(crate) fn array(&self, array: ModelArray) -> &[c_int] {
         let mut len = 0;
         // SAFETY: the model is alive, the array is one of the shim's, and `len` is valid for
         // writes.

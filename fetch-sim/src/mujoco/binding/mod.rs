@@ -12,4 +12,5 @@ pub(crate) mod poses;
 mod search;
 mod system;
 mod unforked;
+pub(crate) mod varied_model;
 pub(crate) mod version;

@@ -12,7 +12,7 @@ use fetch_install::regular_file;
 
 use super::{
     decoders::Decoders,
-    ffi::{self, RawModel, RawShapes, Sizes},
+    ffi::{self, PhysicsArray, PhysicsArrays, RawArray, RawModel, RawShapes, Sizes},
     library::{Owned, c_path, check_as, load_once},
     unforked::unforked,
 };
@@ -171,6 +171,19 @@ impl Model {
         let shapes = self.shapes.get();
         let shapes = shapes.unwrap_or_else(|| unforked(|| self.shapes.get_or_init(make)));
         shapes.as_ref().map_err(SimError::clone)
+    }
+
+    /// Returns numbers that a copy of the model may change.
+    pub(crate) fn physics(&self, array: PhysicsArray) -> &[f64] {
+        let mut arrays = PhysicsArrays::default();
+        // SAFETY: the model is alive and only read, and `arrays` is valid for writes.
+        unsafe { ffi::fs_physics_arrays(self.raw.as_ptr(), &raw mut arrays) };
+        let RawArray { first, len } = arrays[array as usize];
+        if len == 0 {
+            return &[]; // an empty array may have no address in C; a slice must have one
+        }
+        // SAFETY: the array has this length, does not change, and lives as long as the model.
+        unsafe { slice::from_raw_parts(first, len) }
     }
 
     /// Lowers the number of constraints, and of numbers on the stack, for which each

@@ -103,7 +103,7 @@ impl Data {
         // slices have room for 3 x nv numbers.
         check(unsafe {
             ffi::fs_site_jacobian(
-                self.model().as_ptr(),
+                self.simulated(),
                 self.as_ptr(),
                 site.0 as c_int,
                 translation.as_mut_ptr(),
@@ -126,7 +126,7 @@ impl Data {
         // slices have room for 3 x nv numbers.
         check(unsafe {
             ffi::fs_body_jacobian(
-                self.model().as_ptr(),
+                self.simulated(),
                 self.as_ptr(),
                 body.0 as c_int,
                 translation.as_mut_ptr(),

@@ -7,6 +7,7 @@ use nalgebra::{Quaternion, Vector3};
 use super::{
     bodies::{Bodies, FREE},
     scene,
+    vary::Places,
 };
 use crate::mujoco::binding::{
     data::Data,
@@ -24,7 +25,7 @@ pub(crate) const GRIPPER_DOWN: Quaternion<f64> = Quaternion::new(1.0, 0.0, 1.0, 
 const GRIPPER_OFFSET: Vector3<f64> = Vector3::new(-0.498, 0.005, -0.431);
 
 /// The body to which the gripper is welded.
-const MOCAP: &str = "robot0:mocap";
+pub(super) const MOCAP: &str = "robot0:mocap";
 
 /// Height of the table, in meters.
 const TABLE_TOP: f64 = 0.4;
@@ -50,6 +51,8 @@ pub struct FetchModel {
     pub(crate) model: Arc<Model>,
     pub(crate) ids: Ids,
     pub(super) bodies: Bodies,
+    /// Where the numbers are that may vary.
+    pub(super) places: Places,
     pub(crate) settled: Settled,
     /// The time after a reset, in seconds.
     pub(crate) start_time: f64,
@@ -157,6 +160,7 @@ impl FetchModel {
         };
         Ok(Self {
             config: config.clone(),
+            places: Places::resolve(&model, &ids)?,
             model,
             ids,
             bodies,

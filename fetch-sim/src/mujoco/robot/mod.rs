@@ -7,4 +7,5 @@ mod observer;
 pub(crate) mod scene;
 pub(crate) mod simulator;
 pub(crate) mod snapshot;
+mod vary;
 pub(crate) mod visual_geoms;

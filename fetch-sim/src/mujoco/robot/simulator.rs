@@ -16,6 +16,7 @@ use crate::{
     bounds::{check_inside, check_object_position},
     config::SimConfig,
     error::SimError,
+    physics::{Physics, PhysicsFactor},
     simulator::{Control, GripperState, ObjectState, Settled, Simulator},
     task::Task,
 };
@@ -30,6 +31,8 @@ pub struct MujocoSimulator {
     object: Option<ObjectState>,
     /// The states of the model's other bodies that move.
     moving: Vec<ObjectState>,
+    /// What differs from the model's physics.
+    physics: Physics,
 }
 
 impl MujocoSimulator {
@@ -55,6 +58,7 @@ impl MujocoSimulator {
             data,
             gripper: GripperState::default(),
             object: None,
+            physics: Physics::default(),
         };
         simulator.reset(None)?;
         Ok(simulator)
@@ -225,8 +229,20 @@ impl MujocoSimulator {
         })
     }
 
+    /// Changes the physics. The simulation must then be reset.
+    fn set_physics(&mut self, physics: &Physics) -> Result<(), SimError> {
+        if self.physics == *physics {
+            return Ok(());
+        }
+        let FetchModel { places, model, .. } = &*self.fetch;
+        self.data.vary(|varied| places.write(model, varied, physics))?;
+        self.physics = *physics;
+        Ok(())
+    }
+
     /// Returns to a snapshot that has passed the check.
     fn return_to(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
+        self.set_physics(&snapshot.physics)?;
         self.data.reset()?;
         self.data.set_time(snapshot.time)?;
         self.data.qpos_mut().copy_from_slice(&snapshot.qpos);
@@ -264,17 +280,39 @@ impl Simulator for MujocoSimulator {
     }
 
     fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
-        let fetch = &*self.fetch;
+        self.reset_varied(object_xy, &Physics::default())
+    }
+
+    fn can_vary(&self, factor: PhysicsFactor) -> Result<(), SimError> {
+        self.fetch.places.check(factor)
+    }
+
+    fn physics(&self) -> Physics {
+        self.physics
+    }
+
+    fn reset_varied(
+        &mut self,
+        object_xy: Option<[f64; 2]>,
+        physics: &Physics,
+    ) -> Result<(), SimError> {
+        physics.iter().try_for_each(|(factor, _)| self.can_vary(factor))?;
+        let fetch = Arc::clone(&self.fetch);
         if object_xy.is_some() && fetch.ids.object.is_none() {
             return Err(SimError::NoObject { task: self.task() });
         }
         object_xy.map_or(Ok(()), check_object_position)?;
+        self.set_physics(physics)?;
         self.data.reset()?;
         self.data.set_time(fetch.start_time)?;
         self.data.qpos_mut().copy_from_slice(&fetch.start_qpos);
         self.data.qvel_mut().copy_from_slice(&fetch.start_qvel);
-        if let (Some(object), Some(xy)) = (fetch.ids.object, object_xy) {
-            self.data.qpos_mut()[object.qpos..][..2].copy_from_slice(&xy);
+        if let Some(object) = fetch.ids.object {
+            let position = &mut self.data.qpos_mut()[object.qpos..];
+            if let Some(xy) = object_xy {
+                position[..2].copy_from_slice(&xy);
+            }
+            position[2] += fetch.places.raised_by(&fetch.model, physics);
         }
         self.data.forward()?;
         self.observe()
@@ -311,11 +349,18 @@ impl Simulator for MujocoSimulator {
             gripper: self.gripper,
             object: self.object,
             moving: self.moving.clone(),
+            physics: self.physics,
         }
     }
 
     fn restore(&mut self, snapshot: &MujocoSnapshot) -> Result<(), SimError> {
         snapshot.check(&self.fetch.config, &self.data, self.moving.len())?;
+        let varies = |(factor, _)| self.can_vary(factor);
+        snapshot
+            .physics
+            .iter()
+            .try_for_each(varies)
+            .map_err(|error| SimError::ForeignSnapshot { reason: error.to_string() })?;
         let before = self.snapshot();
         self.return_to(snapshot).inspect_err(|_| {
             // MuJoCo refuses some states of valid numbers. It takes its own state back, unless a

@@ -7,6 +7,7 @@ use crate::{
     bounds::first_outside,
     config::SimConfig,
     error::SimError,
+    physics::Physics,
     simulator::{GripperState, ObjectState},
 };
 
@@ -34,6 +35,9 @@ pub struct MujocoSnapshot {
     pub(super) object: Option<ObjectState>,
     /// The states of the model's other bodies that move.
     pub(super) moving: Vec<ObjectState>,
+    /// What differs from the model's physics.
+    #[serde(default)]
+    pub(super) physics: Physics,
 }
 
 impl MujocoSnapshot {
