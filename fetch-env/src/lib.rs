@@ -43,6 +43,7 @@
 //! |---|---|
 //! | make a Fetch environment by its id | `make`, or [`make_kinematic`] without MuJoCo |
 //! | change its settings | [`FetchConfig`], made from an [`EnvId`]; pass it to `make` |
+//! | let its world vary between episodes | [`variation::Variation`], set by [`FetchConfig::with_variation`] |
 //! | change its reward, its goals, or what it observes | [`FetchEnv::with_goal_reward`], [`FetchTask`] |
 //! | reset and step any environment | [`Env`] |
 //! | compute the reward of any pair of goals | [`GoalEnv`], [`GoalEnvExt`] |
@@ -80,6 +81,17 @@ mod gym;
 mod pictures;
 #[cfg(feature = "mujoco")]
 mod shared;
+
+/// A world that varies: numbers that differ between episodes.
+pub mod variation {
+    pub use crate::fetch::variation::{
+        Variation, Varied,
+        draw::Draw,
+        error::VariationError,
+        factor::{Factor, MAX_ACTION_DELAY},
+    };
+    pub use fetch_sim::{Physics, PhysicsFactor};
+}
 
 #[doc = include_str!("../FIDELITY.md")]
 pub mod fidelity {}

@@ -4,6 +4,7 @@ use std::{cell::Cell, error::Error};
 
 use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
 use fetch_env::goal_reward::goal_distance;
+use fetch_env::variation::Variation;
 use fetch_env::vec_env::VecConfig;
 use fetch_env::{
     DistanceReward, Env, EnvError, FetchConfig, FetchEnv, FetchResetOptions, FetchTask, GoalEnvExt,
@@ -253,5 +254,75 @@ fn a_task_that_fails_demands_a_reset() -> Result {
     let failed = env.reset(Some(0)).expect_err("no object in Reach");
     assert_eq!(failed.to_string(), "no object");
     assert_eq!(env.step(&[0.0; 4]), Err(EnvError::ResetNeeded));
+    Ok(())
+}
+
+/// Reach, whose goals are moved along z by a number that varies.
+struct Raised;
+
+impl<S: Simulator> FetchTask<S> for Raised {
+    fn goal_len(&self) -> usize {
+        3
+    }
+
+    fn begin_episode(
+        &self,
+        _: &FetchConfig,
+        _: &mut S,
+        _: &mut NpRandom,
+        desired_goal: &mut [f64],
+    ) -> Result<(), EnvError> {
+        desired_goal.copy_from_slice(&[1.3, 0.75, 0.5]);
+        Ok(())
+    }
+
+    fn factors(&self) -> &[&str] {
+        &["height", "width"]
+    }
+
+    fn vary(
+        &self,
+        _: &mut S,
+        numbers: &[Option<f64>],
+        desired_goal: &mut [f64],
+    ) -> Result<(), EnvError> {
+        desired_goal[2] += numbers[0].unwrap_or(0.0);
+        desired_goal[1] += numbers[1].unwrap_or(0.0);
+        Ok(())
+    }
+
+    fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError> {
+        achieved_goal.copy_from_slice(simulator.gripper().position.as_slice());
+        Ok(())
+    }
+}
+
+#[test]
+fn numbers_of_an_own_task_vary_by_name() -> Result {
+    let variation = Variation::default().with("height", 0.1..=0.2)?;
+    let make = |variation: Variation| -> Result<KinematicEnv<DistanceReward, Raised>, EnvError> {
+        let config = FetchConfig::new(Task::Reach, RewardKind::Sparse).with_variation(variation);
+        let simulator = KinematicSimulator::new(config.sim());
+        Ok(FetchEnv::new(config, simulator)?.with_task(Raised)?.time_limited())
+    };
+    let mut env = make(variation)?;
+    let start = env.reset(Some(1))?.observation;
+    let height = env.inner().variation().get("height").ok_or("it varies")?;
+    assert!((0.1..=0.2).contains(&height));
+    assert_eq!(start.desired_goal(), [1.3, 0.75, 0.5 + height]);
+    let options = FetchResetOptions::default().with_factor("width", 0.25);
+    let start = env.reset_with(Some(1), &options)?.observation;
+    assert_eq!(start.desired_goal(), [1.3, 1.0, 0.5 + height]);
+    let mut restored = make(Variation::default())?;
+    restored.restore(&env.snapshot())?;
+    assert_eq!(restored.inner().variation(), env.inner().variation());
+    assert!(make_kinematic("FetchReach-v4")?.restore(&env.snapshot()).is_err());
+
+    let unknown = Variation::default().with("heigth", 0.1)?;
+    let error = make(unknown)?.reset(Some(0)).err().ok_or("reset")?.to_string();
+    assert!(
+        error.starts_with(r#"there is no factor "heigth": the nearest are height, "#),
+        "{error}"
+    );
     Ok(())
 }

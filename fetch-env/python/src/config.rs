@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fetch_env::{EnvId, FetchConfig, FetchObservation, FetchResetOptions, ModelSource, RewardKind};
+use fetch_env::{EnvId, FetchConfig, FetchObservation, ModelSource, RewardKind};
 use goal_reward::{GoalPairs, GoalReward, goal_distance};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::{
@@ -14,6 +14,7 @@ use pyo3::{
 use crate::arrays::{Numbers, Shape};
 use crate::error::{Error, Result};
 use crate::integer::Integer;
+use crate::variation;
 
 /// The number of elements of a goal: x, y and z.
 pub(crate) const GOAL_LEN: usize = 3;
@@ -45,6 +46,7 @@ impl Config {
         target_offset = None,
         target_in_the_air = None,
         max_episode_steps = None,
+        variation = None,
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords")]
     fn new(
@@ -58,6 +60,7 @@ impl Config {
         target_offset: Option<Bound<'_, PyAny>>,
         target_in_the_air: Option<bool>,
         max_episode_steps: Option<Integer<u32>>,
+        variation: Option<&Bound<'_, PyDict>>,
     ) -> Result<Self> {
         let mut id: EnvId = env_id.strip_prefix("fetch_env/").unwrap_or(env_id).parse()?;
         match reward_type {
@@ -95,6 +98,9 @@ impl Config {
         }
         if let Some(Integer(steps)) = max_episode_steps {
             config = config.with_max_episode_steps(steps)?;
+        }
+        if let Some(draws) = variation {
+            config = config.with_variation(variation::variation(draws)?);
         }
         Ok(Self { config, id })
     }
@@ -183,8 +189,12 @@ impl Config {
             ModelSource::Reference => "reference".to_owned(),
             _ => "builtin".to_owned(),
         };
+        let variation = match config.variation() {
+            variation if variation.is_empty() => String::new(),
+            variation => format!(", variation={}", serde_json::json!(variation)),
+        };
         format!(
-            "{}, reward_type={:?}, distance_threshold={:?}, n_substeps={}, model={model:?}",
+            "{}, reward_type={:?}, distance_threshold={:?}, n_substeps={}, model={model:?}{variation}",
             EnvId { reward: RewardKind::Sparse, ..self.id },
             self.reward_type(),
             config.distance_threshold().get(),
@@ -351,38 +361,4 @@ fn offset(meters: &Bound<'_, PyAny>) -> Result<[f64; 3]> {
             "target_offset has the shape {shape:?}: pass x, y and z, or one number for all three"
         ))),
     }
-}
-
-/// Reads the options of a reset.
-pub(crate) fn reset_options(options: Option<&Bound<'_, PyDict>>) -> Result<FetchResetOptions> {
-    let mut read = FetchResetOptions::default();
-    for (key, value) in options.into_iter().flatten() {
-        let key: String = key.extract()?;
-        let numbers = |len| Ok::<_, Error>(Numbers::of_shape(&key, &value, &[len])?.to_double());
-        match key.as_str() {
-            "desired_goal" => read = read.with_desired_goal(numbers(GOAL_LEN)?),
-            "object_position" => {
-                let numbers = numbers(2)?;
-                read = read.with_object_position([numbers[0], numbers[1]]);
-            }
-            _ => {
-                return Err(Error::value(format!(
-                    "there is no reset option {key:?}: the options are \"desired_goal\" and \
-                     \"object_position\""
-                )));
-            }
-        }
-    }
-    Ok(read)
-}
-
-/// Reads the seed of a reset.
-pub(crate) fn seed(seed: Option<&Bound<'_, PyAny>>) -> Result<Option<u64>> {
-    let read = |seed: &Bound<'_, PyAny>| {
-        seed.extract().map_err(|_| {
-            let shown = Error::shown(seed);
-            Error::value(format!("the seed is {shown}: pass an integer from 0 to 2**64 - 1"))
-        })
-    };
-    seed.map(read).transpose()
 }

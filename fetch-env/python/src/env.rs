@@ -12,11 +12,13 @@ use pyo3::{
 };
 
 use crate::arrays::{self, Numbers, Settled};
-use crate::config::{Config, reset_options, seed};
+use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::pictures::Pictures;
+use crate::reset::{reset_options, seed};
+use crate::variation::varied;
 use crate::warnings::simulate;
 
 type Simulated = FetchEnv<MujocoSimulator>;
@@ -57,10 +59,10 @@ impl Env {
         seed: Option<&Bound<'py, PyAny>>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> Result<Bound<'py, PyDict>> {
-        let (seed, options) = (self::seed(seed)?, reset_options(options)?);
+        let (seed, options) = (self::seed(seed)?, reset_options(options, None)?);
         let mut parts = self.0.lock(py)?;
         let env = parts.env()?;
-        let reset = simulate(py, || env.reset_with(seed, &options))?;
+        let reset = simulate(py, || env.reset_with(seed, &options[0]))?;
         Ok(arrays::observation(py, &reset.observation)?)
     }
 
@@ -88,6 +90,11 @@ impl Env {
     /// Replaces the settings of rewards and of what is drawn.
     fn set_config(&self, py: Python<'_>, config: &Config) -> Result<()> {
         Ok(self.0.lock(py)?.env()?.set_config(config.config.clone())?)
+    }
+
+    /// The numbers of the episode that differ from the model's, by name.
+    fn variation<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
+        varied(py, self.0.lock(py)?.env()?.variation())
     }
 
     /// The goal of the episode; None before a reset.

@@ -15,8 +15,10 @@ mod model;
 mod own_reward;
 mod pictures;
 mod policy;
+mod reset;
 mod signals;
 mod steps;
+mod variation;
 mod vec_env;
 mod warnings;
 

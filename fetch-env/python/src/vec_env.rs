@@ -12,12 +12,14 @@ use pyo3::{
 };
 
 use crate::arrays::{self, Numbers, Settled};
-use crate::config::{Config, reset_options, seed};
+use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::exclusive::{Exclusive, Guard};
 use crate::integer::Integer;
 use crate::pictures::Pictures;
+use crate::reset::{reset_options, seed};
 use crate::signals::Signals;
+use crate::variation::varied;
 use crate::warnings::simulate;
 
 type Envs = vec_env::VecEnv<MujocoEnv>;
@@ -97,10 +99,9 @@ impl VecEnv {
             seeds.iter().map(|each| seed(each.as_ref())).collect::<Result<Vec<_>>>()
         };
         let seeds = seeds.map(read).transpose()?;
-        let options = reset_options(options)?;
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
-        let options = vec![options; envs.num_envs()];
+        let options = reset_options(options, Some(envs.num_envs()))?;
         simulate(py, || {
             let (seeds, mask) = (seeds.as_deref(), mask.as_deref());
             check(envs.reset_with(&VecReset { seeds, mask, options: Some(&options) })?)
@@ -141,6 +142,11 @@ impl VecEnv {
         }
         simulate(py, || check(envs.recv_all()?))?;
         Ok(results(py, envs.last_step())?)
+    }
+
+    /// The numbers of an environment's episode that differ from the model's, by name.
+    fn variation<'py>(&self, py: Python<'py>, env_index: usize) -> Result<Bound<'py, PyDict>> {
+        varied(py, self.lock(py)?.env(env_index)?.inner().variation())
     }
 
     /// The goal of an environment's episode; None before a reset.

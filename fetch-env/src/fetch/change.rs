@@ -25,12 +25,13 @@ impl<S: Simulator> FetchEnv<S> {
     ///
     /// # Errors
     /// [`MakeError::SimulatorMismatch`] if the settings of the [simulator](FetchConfig::sim) are
-    /// others; then nothing has changed.
+    /// others, and [`MakeError::Variation`]; then nothing has changed.
     pub fn set_config(&mut self, config: FetchConfig) -> Result<(), MakeError> {
         if config.sim() != self.config.sim() {
             let reason = "it was made with another task, model or number of substeps".into();
             return Err(MakeError::SimulatorMismatch { reason });
         }
+        config.variation().check_built_in(&self.simulator)?;
         self.reward = config.distance_reward();
         self.config = config;
         Ok(())

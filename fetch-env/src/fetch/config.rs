@@ -2,11 +2,11 @@
 
 use std::num::NonZeroU32;
 
-use fetch_sim::{ModelSource, SimConfig, Substeps, Task};
+use fetch_sim::{ModelSource, SimConfig, Simulator, Substeps, Task};
 use goal_reward::{DistanceReward, DistanceThreshold, RewardKind};
 use serde::{Deserialize, Serialize};
 
-use super::{env_id::EnvId, error::MakeError};
+use super::{env_id::EnvId, error::MakeError, variation::Variation};
 
 /// Smallest horizontal distance between the object's start and the gripper, in meters.
 pub(super) const MIN_OBJECT_DISTANCE: f64 = 0.1;
@@ -49,6 +49,8 @@ pub struct FetchConfig {
     target_offset: [f64; 3],
     target_in_the_air: bool,
     max_episode_steps: NonZeroU32,
+    #[serde(skip_serializing_if = "Variation::is_empty")]
+    variation: Variation,
 }
 
 impl FetchConfig {
@@ -66,6 +68,7 @@ impl FetchConfig {
             target_offset: spec.goal.offset,
             target_in_the_air: spec.goal.in_the_air,
             max_episode_steps: MAX_EPISODE_STEPS,
+            variation: Variation::default(),
         }
     }
 
@@ -177,6 +180,17 @@ impl FetchConfig {
         Ok(self)
     }
 
+    /// Sets what differs between episodes. By default nothing does.
+    pub fn with_variation(mut self, variation: Variation) -> Self {
+        self.variation = variation;
+        self
+    }
+
+    /// Returns what differs between episodes.
+    pub const fn variation(&self) -> &Variation {
+        &self.variation
+    }
+
     /// Returns the task.
     #[must_use]
     pub const fn task(&self) -> Task {
@@ -218,6 +232,27 @@ impl FetchConfig {
         max_episode_steps: NonZeroU32;
     }
 
+    /// Checks that a simulator has been made from these settings, as far as it shows.
+    pub(super) fn check_simulator(&self, simulator: &impl Simulator) -> Result<(), MakeError> {
+        let settled = simulator.settled();
+        let mismatch = |reason| Err(MakeError::SimulatorMismatch { reason });
+        let (task, theirs) = (self.task(), simulator.task());
+        if theirs != task {
+            return mismatch(format!("it simulates {theirs}, the task is {task}"));
+        }
+        let (period, theirs) = (self.control_period(), simulator.control_period());
+        if theirs != period {
+            return mismatch(format!(
+                "its steps last {theirs} s, they should last {period} s, with the model's time step \
+                 at 0.002 s"
+            ));
+        }
+        if settled.object_height.is_some() != task.has_object() {
+            return mismatch(format!("the object's settled height is {:?}", settled.object_height));
+        }
+        Ok(())
+    }
+
     const fn check_object(&self, option: &'static str) -> Result<(), MakeError> {
         let task = self.task();
         if task.has_object() { Ok(()) } else { Err(MakeError::NoObject { task, option }) }
@@ -252,6 +287,8 @@ struct Saved {
     target_offset: [f64; 3],
     target_in_the_air: bool,
     max_episode_steps: u32,
+    #[serde(default)]
+    variation: Variation,
 }
 
 impl TryFrom<Saved> for FetchConfig {
@@ -260,6 +297,7 @@ impl TryFrom<Saved> for FetchConfig {
     fn try_from(saved: Saved) -> Result<Self, MakeError> {
         let mut config = Self::new(saved.sim.task(), saved.reward);
         config.sim = saved.sim;
+        config.variation = saved.variation;
         if let Some(meters) = saved.object_range {
             config = config.with_object_range(meters)?;
         }

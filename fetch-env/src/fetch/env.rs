@@ -7,10 +7,12 @@ use goal_reward::{DistanceReward, GoalReward, Symmetry, goal_distance};
 
 use super::action::{ACTION_LEN, Precision, control};
 use super::config::FetchConfig;
+use super::delay::Delay;
 use super::error::MakeError;
-use super::observation::{FetchObservation, Goal, Lengths, check_goal, observation_space};
-use super::reset::{FetchResetOptions, draw_object_position};
+use super::observation::{FetchObservation, Goal, Lengths, observation_space};
+use super::reset::FetchResetOptions;
 use super::task::FetchTask;
+use super::variation::Varied;
 use crate::gym::env::goal::{GoalEnv, GoalEnvExt, Info};
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{Env, Reset, Step};
@@ -47,6 +49,10 @@ pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     pub(super) random: Option<NpRandom>,
     /// `None` until a reset.
     pub(super) goal: Option<Goal>,
+    /// What differs from the model in this episode.
+    pub(super) varied: Varied,
+    /// The actions that have not come yet.
+    pub(super) delay: Delay,
 }
 
 impl<S: Simulator> FetchEnv<S> {
@@ -56,7 +62,8 @@ impl<S: Simulator> FetchEnv<S> {
     /// # Errors
     /// [`MakeError::SimulatorMismatch`] if the simulator was made from other settings.
     pub fn new(config: FetchConfig, simulator: S) -> Result<Self, MakeError> {
-        check_simulator(&config, &simulator)?;
+        config.check_simulator(&simulator)?;
+        config.variation().check_built_in(&simulator)?;
         let task = config.task();
         let lengths = Lengths::of::<S>(&task);
         Ok(Self {
@@ -70,30 +77,11 @@ impl<S: Simulator> FetchEnv<S> {
             symmetries: Vec::new(),
             random: None,
             goal: None,
+            varied: Varied::default(),
+            delay: Delay::default(),
         }
         .with_own_symmetries())
     }
-}
-
-/// Checks that a simulator has been made from these settings, as far as it shows.
-fn check_simulator<S: Simulator>(config: &FetchConfig, simulator: &S) -> Result<(), MakeError> {
-    let settled = simulator.settled();
-    let mismatch = |reason| Err(MakeError::SimulatorMismatch { reason });
-    let (task, theirs) = (config.task(), simulator.task());
-    if theirs != task {
-        return mismatch(format!("it simulates {theirs}, the task is {task}"));
-    }
-    let (period, theirs) = (config.control_period(), simulator.control_period());
-    if theirs != period {
-        return mismatch(format!(
-            "its steps last {theirs} s, they should last {period} s, with the model's time step \
-             at 0.002 s"
-        ));
-    }
-    if settled.object_height.is_some() != task.has_object() {
-        return mismatch(format!("the object's settled height is {:?}", settled.object_height));
-    }
-    Ok(())
 }
 
 impl<S, R, T> FetchEnv<S, R, T> {
@@ -136,6 +124,8 @@ impl<S, R, T> FetchEnv<S, R, T> {
             lengths: self.lengths,
             random: self.random,
             goal: self.goal,
+            varied: self.varied,
+            delay: self.delay,
         }
     }
 
@@ -165,6 +155,8 @@ impl<S, R, T> FetchEnv<S, R, T> {
             lengths,
             random,
             goal,
+            varied: Varied::default(),
+            delay: Delay::default(),
         })
     }
 
@@ -191,6 +183,12 @@ impl<S, R, T> FetchEnv<S, R, T> {
     #[must_use]
     pub fn desired_goal(&self) -> Option<&[f64]> {
         self.goal.as_deref()
+    }
+
+    /// Returns the numbers that differ from the model's in this episode; none until a reset.
+    #[must_use]
+    pub const fn variation(&self) -> &Varied {
+        &self.varied
     }
 
     /// Returns the seed of the random numbers, whether the caller or the operating system provided
@@ -241,27 +239,6 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         Info::new(self.is_success(achieved, desired), goal_distance(achieved, desired))
     }
 
-    /// Draws a start and begins an episode there.
-    fn begin_episode(
-        &mut self,
-        options: &FetchResetOptions,
-        random: &mut NpRandom,
-    ) -> Result<Goal, EnvError> {
-        let gripper = self.simulator.settled().gripper_position.xy().into();
-        let draw = |range| draw_object_position(range, gripper, random);
-        let drawn = self.config.object_range().map(draw);
-        self.simulator.reset(options.object_position().or(drawn))?;
-        let mut goal = Goal::from_elem(0.0, self.lengths.goal);
-        self.task.begin_episode(&self.config, &mut self.simulator, random, &mut goal)?;
-        if let Some(desired_goal) = options.desired_goal() {
-            goal.copy_from_slice(desired_goal);
-        }
-        // A task may do anything with the simulator that it borrows, and write any goal.
-        check_simulator(&self.config, &self.simulator)?;
-        check_goal(&goal)?;
-        Ok(goal)
-    }
-
     /// Takes one action in double precision, as the reference does with an array of `float64`:
     /// clipped and scaled without rounding to `f32`. [`Env::step`] does it in single precision.
     ///
@@ -290,7 +267,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         }
         let control = control(action)?;
         let goal = self.goal.take().ok_or(EnvError::ResetNeeded)?;
-        self.simulator.step(&control)?;
+        self.simulator.step(&self.delay.pass(control))?;
         let observation = self.observe_with(&goal)?;
         self.goal = Some(goal);
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());

@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use fetch_sim::{SimError, Task};
 use goal_reward::ThresholdError;
 
+use super::variation::error::VariationError;
 use crate::gym::{error::EnvError, spaces::error::SpaceError, vec_env::error::VecEnvError};
 
 /// Error returned when a Fetch environment cannot be configured or made.
@@ -79,6 +80,9 @@ pub enum MakeError {
         /// The difference between the two.
         reason: String,
     },
+    /// The world cannot vary as the configuration asks.
+    #[error(transparent)]
+    Variation(#[from] VariationError),
     /// MuJoCo cannot be used, or refuses the model.
     #[error(transparent)]
     Sim(#[from] SimError),
@@ -104,6 +108,12 @@ impl From<Infallible> for MakeError {
 
 impl From<MakeError> for EnvError {
     fn from(error: MakeError) -> Self {
+        Self::other(error)
+    }
+}
+
+impl From<VariationError> for EnvError {
+    fn from(error: VariationError) -> Self {
         Self::other(error)
     }
 }

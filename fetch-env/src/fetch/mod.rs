@@ -1,8 +1,10 @@
 //! The Fetch environments.
 
 mod action;
+mod begin;
 mod change;
 pub(crate) mod config;
+mod delay;
 pub(crate) mod env;
 pub(crate) mod env_id;
 pub(crate) mod error;
@@ -16,3 +18,4 @@ pub(crate) mod reset;
 pub(crate) mod snapshot;
 mod symmetry;
 pub(crate) mod task;
+pub(crate) mod variation;

@@ -1,10 +1,13 @@
 //! Resets of a Fetch environment: their options, and where the object starts.
 
+use std::collections::BTreeMap;
+
 use fetch_sim::{SimError, Task};
 use serde::{Deserialize, Serialize};
 
 use super::config::{MAX_METERS, MIN_OBJECT_DISTANCE, first_too_far};
 use super::observation::Goal;
+use super::variation::{error::VariationError, factor::Factor};
 use crate::gym::{error::EnvError, np_random::NpRandom};
 
 /// Options of the reset of a Fetch environment.
@@ -18,6 +21,7 @@ use crate::gym::{error::EnvError, np_random::NpRandom};
 pub struct FetchResetOptions {
     desired_goal: Option<Goal>,
     object_position: Option<[f64; 2]>,
+    variation: BTreeMap<Factor, f64>,
 }
 
 impl FetchResetOptions {
@@ -41,6 +45,18 @@ impl FetchResetOptions {
         self
     }
 
+    /// Sets a number of the world for the episode, such as `"object_mass"`, whether or not the
+    /// environment's [variation](crate::FetchConfig::with_variation) has it.
+    pub fn with_factor(mut self, factor: impl Into<Factor>, value: f64) -> Self {
+        self.variation.insert(factor.into(), value);
+        self
+    }
+
+    /// Returns the numbers of the world that are set.
+    pub const fn factors(&self) -> &BTreeMap<Factor, f64> {
+        &self.variation
+    }
+
     settings! {
         /// Returns the object's start: x and y in meters in the world frame; `None` if it is drawn.
         object_position: Option<[f64; 2]>;
@@ -54,6 +70,13 @@ impl FetchResetOptions {
         if self.desired_goal.is_some() && desired_goal.len() != goal_len {
             let (expected, actual) = (goal_len, desired_goal.len());
             return Err(EnvError::OptionLength { option: "desired_goal", expected, actual });
+        }
+        for (factor, &value) in &self.variation {
+            let [least, most] = factor.bounds();
+            if !(least..=most).contains(&value) {
+                let factor = factor.to_string();
+                return Err(VariationError::OutOfRange { factor, value, least, most }.into());
+            }
         }
         for (option, numbers) in [
             ("desired_goal", desired_goal),

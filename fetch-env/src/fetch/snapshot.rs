@@ -5,7 +5,7 @@ use goal_reward::GoalReward;
 use serde::{Deserialize, Serialize};
 
 use super::observation::{FetchObservation, Goal, check_goal};
-use super::{env::FetchEnv, task::FetchTask};
+use super::{delay::Delay, env::FetchEnv, task::FetchTask, variation::Varied};
 use crate::gym::{env::SnapshotEnv, error::EnvError, np_random::NpRandom};
 
 /// Snapshot of a [`FetchEnv`]: the simulation, the goal and the random numbers.
@@ -21,6 +21,10 @@ pub struct FetchSnapshot<S> {
     simulator: S,
     random: Option<NpRandom>,
     goal: Option<Goal>,
+    #[serde(default)]
+    varied: Varied,
+    #[serde(default)]
+    delay: Delay,
 }
 
 impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R, T> {
@@ -32,6 +36,8 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
             simulator: self.simulator.snapshot(),
             random: self.random.clone(),
             goal: self.goal.clone(),
+            varied: self.varied.clone(),
+            delay: self.delay.clone(),
         }
     }
 
@@ -58,7 +64,13 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
                 return foreign("it has a goal but no random numbers".into());
             }
         }
+        let (varied, delay) = (&snapshot.varied, &snapshot.delay);
+        if let Err(reason) = varied.check(self.task.factors()).and_then(|()| delay.check(varied)) {
+            return foreign(reason);
+        }
         self.simulator.restore(&snapshot.simulator)?;
+        self.varied.clone_from(varied);
+        self.delay.clone_from(delay);
         self.random.clone_from(&snapshot.random);
         self.goal.clone_from(&snapshot.goal);
         Ok(())

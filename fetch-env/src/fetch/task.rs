@@ -88,6 +88,27 @@ pub trait FetchTask<S: Simulator> {
         desired_goal: &mut [f64],
     ) -> Result<(), EnvError>;
 
+    /// Returns the names of the numbers that a [`Variation`](crate::variation::Variation) may draw for
+    /// this task, besides those of every task: none by default.
+    fn factors(&self) -> &[&str] {
+        &[]
+    }
+
+    /// Changes the scene and the goal after [`begin_episode`](Self::begin_episode), given the episode's
+    /// number for each of the [factors](Self::factors), or `None` where it does not vary.
+    ///
+    /// # Errors
+    /// Any [`EnvError`], which the reset then returns.
+    fn vary(
+        &self,
+        simulator: &mut S,
+        numbers: &[Option<f64>],
+        desired_goal: &mut [f64],
+    ) -> Result<(), EnvError> {
+        let _ = (simulator, numbers, desired_goal);
+        Ok(())
+    }
+
     /// Writes the goal that the current state achieves.
     ///
     /// # Errors

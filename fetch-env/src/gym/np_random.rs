@@ -73,6 +73,14 @@ impl NpRandom {
         self.draws
     }
 
+    /// Returns the generator that numpy's `jumped()` gives: its numbers are independent of this one's,
+    /// which stays as it is.
+    pub(crate) fn jumped(&self) -> SideRandom {
+        let mut pcg = self.pcg.clone();
+        pcg.advance(JUMP);
+        SideRandom(pcg)
+    }
+
     /// Draws numpy's `random()`: uniform over the multiples of 2^-53 in [0, 1).
     pub fn random(&mut self) -> f64 {
         unit_interval(self.next_u64())
@@ -82,6 +90,19 @@ impl NpRandom {
     /// operation.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.random()
+    }
+}
+
+/// The distance of numpy's `PCG64.jumped()`: 2^128 divided by the golden ratio.
+const JUMP: u128 = 0x9e37_79b9_7f4a_7c15_f39c_c060_5ced_c835;
+
+/// A generator beside an environment's own.
+pub(crate) struct SideRandom(Pcg64);
+
+impl SideRandom {
+    /// Draws numpy's `uniform(low, high)`.
+    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * unit_interval(self.0.next_u64())
     }
 }
 

@@ -27,6 +27,14 @@ macro_rules! conformance {
                 snapshot::foreign_snapshots_are_refused_and_change_nothing,
                 snapshot::numbers_that_no_state_can_have_are_refused_and_change_nothing,
                 snapshot::a_restored_environment_observes_what_it_did,
+                variation::a_varied_environment_passes_every_check,
+                variation::objects_and_goals_start_where_they_do_without_a_variation,
+                variation::a_seed_gives_the_same_numbers_and_steps_again,
+                variation::a_snapshot_holds_the_numbers,
+                variation::options_set_a_number_for_one_episode,
+                variation::what_cannot_vary_is_refused,
+                variation::delayed_actions_come_late,
+                variation::any_number_of_threads_draws_the_same,
             );
         }
     };

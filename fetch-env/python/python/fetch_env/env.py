@@ -154,16 +154,19 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         Args:
             seed: Restarts the random numbers as numpy's ``PCG64(SeedSequence(seed))``: 0 to
                 2**64 - 1. Without a seed, they continue.
-            options: ``desired_goal`` (x, y, z in meters) and ``object_position`` (x, y in meters)
-                replace what is drawn. The options do not change the sequence of random numbers.
+            options: ``desired_goal`` (x, y, z in meters), ``object_position`` (x, y in meters) and
+                ``variation``, such as ``{"object_mass": 0.5}``, replace what is drawn. The options
+                do not change the sequence of random numbers.
 
         Returns:
-            The first observation, and an empty info, like the reference's.
+            The first observation, and an info that is empty, like the reference's, unless numbers
+            of the world were drawn or set: ``info["variation"]`` has them.
         """
         observation = self._native.reset(seed, options)
         if self._numbers is not None:
             self._numbers.begin(observation)
-        return observation, {}
+        variation = self.variation
+        return observation, {"variation": variation} if variation else {}
 
     def step(
         self, action: NDArray[np.float32]
@@ -241,6 +244,11 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         """
         goal = self._native.goal()
         return constant([] if goal is None else goal)
+
+    @attribute("pass options to reset(), or make the environment with it")
+    def variation(self) -> dict[str, float]:
+        """The numbers of the world that were drawn or set for the episode, by name."""
+        return self._native.variation()
 
     @attribute(IS_A_COPY)
     def model(self) -> Any:

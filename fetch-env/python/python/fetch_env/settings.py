@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import difflib
-from typing import TYPE_CHECKING, Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
 
 from . import _native
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Mapping, Sequence
 
     from typing_extensions import Required
+
+
+#: How a number is drawn for each episode.
+Draw: TypeAlias = "float | tuple[float, float] | Mapping[str, Sequence[float]]"
 
 
 class Settings(TypedDict, total=False):
@@ -33,6 +38,9 @@ class Settings(TypedDict, total=False):
     """Offset of every goal: x, y, z in meters, or one number for all three."""
     target_in_the_air: bool
     """Whether half of the goals are raised by up to 45 cm."""
+    variation: Mapping[str, Draw]
+    """Numbers of the world that are drawn for each episode, by name: a range as ``(low, high)``, a
+    number, ``{"log_uniform": (low, high)}`` or ``{"choice": [...]}``.."""
 
 
 class ConfigArguments(Settings, total=False):

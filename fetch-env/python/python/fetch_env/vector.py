@@ -134,11 +134,13 @@ class FetchVectorEnv(
         Args:
             seed: A seed for each environment, or the first one's, from which the others count up.
                 Without a seed, the random numbers continue.
-            options: ``reset_mask`` (a boolean array), ``desired_goal`` (x, y, z in meters) and
-                ``object_position`` (x, y in meters).
+            options: ``reset_mask`` (a boolean array), ``desired_goal`` (x, y, z in meters),
+                ``object_position`` (x, y in meters), and ``variation``: by name, a number for all
+                environments, or an array with a number for each.
 
         Returns:
-            The observations, and an empty info.
+            The observations, and an empty info: ``get_attr("variation")`` has the numbers that
+            were drawn.
         """
         rest = dict(options or {})
         mask = rest.pop("reset_mask", None)
@@ -199,6 +201,8 @@ class FetchVectorEnv(
         if name == "goal":
             goal = self._native.goal(env_index)
             return constant([] if goal is None else goal)
+        if name == "variation":
+            return self._native.variation(env_index)
         if name == "np_random":
             return generator(self._native.random(env_index))
         if name == "np_random_seed":
@@ -216,9 +220,9 @@ class FetchVectorEnv(
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Call a method of each environment, or get an attribute of each.
 
-        The environments are not Python objects. They have ``goal``, ``np_random``,
-        ``np_random_seed``, ``render`` and what they share: the spaces, the settings and functions
-        of goals such as ``compute_reward``.
+        The environments are not Python objects. They have ``goal``, ``variation``,
+        ``np_random``, ``np_random_seed``, ``render`` and what they share: the spaces, the settings
+        and functions of goals such as ``compute_reward``.
 
         Raises:
             AttributeError: If they have no such attribute.

@@ -6,6 +6,7 @@ pub(crate) mod episode;
 pub(crate) mod reset;
 pub(crate) mod reward;
 pub(crate) mod snapshot;
+pub(crate) mod variation;
 
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{

@@ -1,0 +1,58 @@
+//! Errors of a variation.
+
+use fetch_sim::SimError;
+
+/// Error returned when a world cannot vary as it is asked to.
+#[derive(Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VariationError {
+    /// A number outside of what the factor can be.
+    #[error("{factor} is {value:?}: pass numbers from {least} to {most}")]
+    OutOfRange {
+        /// The factor's name.
+        factor: String,
+        /// The number.
+        value: f64,
+        /// The smallest valid number.
+        least: f64,
+        /// The largest valid number.
+        most: f64,
+    },
+    /// A range whose first number is the greater one.
+    #[error("{factor} has the range from {low} to {high}: pass the smaller number first")]
+    Reversed {
+        /// The factor's name.
+        factor: String,
+        /// The first number.
+        low: f64,
+        /// The second number.
+        high: f64,
+    },
+    /// A logarithm of a number that has none.
+    #[error("{factor} begins at {low}, which has no logarithm: begin above 0, or draw evenly")]
+    NoLogarithm {
+        /// The factor's name.
+        factor: String,
+        /// The smallest number of the range.
+        low: f64,
+    },
+    /// A choice of nothing.
+    #[error("{factor} has nothing to choose from: pass at least one number")]
+    NoChoice {
+        /// The factor's name.
+        factor: String,
+    },
+    /// A factor that neither this crate nor the task has.
+    #[error("there is no factor {name:?}: the nearest are {}", nearest.join(", "))]
+    UnknownFactor {
+        /// The name.
+        name: String,
+        /// The names of the environment's factors, the most similar ones.
+        nearest: Vec<String>,
+    },
+    /// A number that the simulator cannot vary.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+}
+
+debug_as_display!(VariationError);
