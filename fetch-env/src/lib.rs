@@ -85,10 +85,8 @@ mod shared;
 /// A world that varies: numbers that differ between episodes.
 pub mod variation {
     pub use crate::fetch::variation::{
-        Variation, Varied,
-        draw::Draw,
-        error::VariationError,
-        factor::{Factor, MAX_ACTION_DELAY},
+        Variation, Varied, draw::Draw, error::VariationError, factor::Factor,
+        interface::InterfaceFactor,
     };
     pub use fetch_sim::{Physics, PhysicsFactor};
 }

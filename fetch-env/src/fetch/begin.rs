@@ -22,11 +22,13 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         let mut factors =
             variation.iter().map(|(factor, _)| factor).chain(options.factors().keys());
         factors.try_for_each(|factor| check_factor(factor, &self.simulator, own))?;
-        self.varied = if variation.is_empty() && options.factors().is_empty() {
-            Varied::default()
-        } else {
-            Varied::draw(variation, options.factors(), &mut random.jumped())?
-        };
+        let mut noise_seed = 0;
+        self.varied = Varied::default();
+        if !(variation.is_empty() && options.factors().is_empty()) {
+            let mut side = random.jumped();
+            noise_seed = side.seed();
+            self.varied = Varied::draw(variation, options.factors(), &mut side)?;
+        }
         let gripper = self.simulator.settled().gripper_position.xy().into();
         let draw = |range| draw_object_position(range, gripper, random);
         let drawn = self.config.object_range().map(draw);
@@ -38,7 +40,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
             let numbers: Vec<_> = own.iter().map(|name| self.varied.own(name)).collect();
             self.task.vary(&mut self.simulator, &numbers, &mut goal)?;
         }
-        self.delay.begin(self.varied.action_delay);
+        self.interface.begin(self.varied.interface, noise_seed);
         if let Some(desired_goal) = options.desired_goal() {
             goal.copy_from_slice(desired_goal);
         }

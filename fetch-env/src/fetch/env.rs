@@ -5,10 +5,10 @@ use std::borrow::Cow;
 use fetch_sim::{Simulator, Task};
 use goal_reward::{DistanceReward, GoalReward, Symmetry, goal_distance};
 
-use super::action::{ACTION_LEN, Precision, control};
+use super::action::{ACTION_LEN, Precision, checked, control};
 use super::config::FetchConfig;
-use super::delay::Delay;
 use super::error::MakeError;
+use super::interface::Interface;
 use super::observation::{FetchObservation, Goal, Lengths, observation_space};
 use super::reset::FetchResetOptions;
 use super::task::FetchTask;
@@ -51,8 +51,7 @@ pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     pub(super) goal: Option<Goal>,
     /// What differs from the model in this episode.
     pub(super) varied: Varied,
-    /// The actions that have not come yet.
-    pub(super) delay: Delay,
+    pub(super) interface: Interface,
 }
 
 impl<S: Simulator> FetchEnv<S> {
@@ -78,7 +77,7 @@ impl<S: Simulator> FetchEnv<S> {
             random: None,
             goal: None,
             varied: Varied::default(),
-            delay: Delay::default(),
+            interface: Interface::default(),
         }
         .with_own_symmetries())
     }
@@ -125,7 +124,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             random: self.random,
             goal: self.goal,
             varied: self.varied,
-            delay: self.delay,
+            interface: self.interface,
         }
     }
 
@@ -156,7 +155,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             random,
             goal,
             varied: Varied::default(),
-            delay: Delay::default(),
+            interface: Interface::default(),
         })
     }
 
@@ -231,6 +230,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         let mut observation = FetchObservation::new(&gripper, object.as_ref(), period);
         task.achieved_goal(simulator, observation.set_goals(goal))?;
         task.observe_extra(simulator, observation.add_extra(self.lengths.extra))?;
+        self.interface.observe(observation.elements_mut());
         Ok(observation)
     }
 
@@ -265,9 +265,10 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         if self.goal.is_none() {
             return Err(EnvError::ResetNeeded);
         }
-        let control = control(action)?;
+        let action = checked(action)?;
         let goal = self.goal.take().ok_or(EnvError::ResetNeeded)?;
-        self.simulator.step(&self.delay.pass(control))?;
+        let control = control(self.interface.action(action));
+        self.simulator.step(&self.interface.delay(control))?;
         let observation = self.observe_with(&goal)?;
         self.goal = Some(goal);
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());

@@ -4,11 +4,11 @@ mod action;
 mod begin;
 mod change;
 pub(crate) mod config;
-mod delay;
 pub(crate) mod env;
 pub(crate) mod env_id;
 pub(crate) mod error;
 mod euler;
+mod interface;
 pub(crate) mod kinematic;
 pub(crate) mod layout;
 #[cfg(feature = "mujoco")]

@@ -150,6 +150,11 @@ impl FetchObservation {
         &mut self.observation[start..]
     }
 
+    /// Returns the elements, to change them.
+    pub(super) fn elements_mut(&mut self) -> &mut [f64] {
+        &mut self.observation
+    }
+
     /// Returns the number of elements of a task's `observation`.
     #[must_use]
     pub const fn len_of(task: Task) -> usize {

@@ -5,7 +5,7 @@ use goal_reward::GoalReward;
 use serde::{Deserialize, Serialize};
 
 use super::observation::{FetchObservation, Goal, check_goal};
-use super::{delay::Delay, env::FetchEnv, task::FetchTask, variation::Varied};
+use super::{env::FetchEnv, interface::Interface, task::FetchTask, variation::Varied};
 use crate::gym::{env::SnapshotEnv, error::EnvError, np_random::NpRandom};
 
 /// Snapshot of a [`FetchEnv`]: the simulation, the goal and the random numbers.
@@ -24,7 +24,7 @@ pub struct FetchSnapshot<S> {
     #[serde(default)]
     varied: Varied,
     #[serde(default)]
-    delay: Delay,
+    interface: Interface,
 }
 
 impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R, T> {
@@ -37,7 +37,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
             random: self.random.clone(),
             goal: self.goal.clone(),
             varied: self.varied.clone(),
-            delay: self.delay.clone(),
+            interface: self.interface.clone(),
         }
     }
 
@@ -64,13 +64,15 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
                 return foreign("it has a goal but no random numbers".into());
             }
         }
-        let (varied, delay) = (&snapshot.varied, &snapshot.delay);
-        if let Err(reason) = varied.check(self.task.factors()).and_then(|()| delay.check(varied)) {
+        let (varied, interface) = (&snapshot.varied, &snapshot.interface);
+        if let Err(reason) =
+            varied.check(self.task.factors()).and_then(|()| interface.check(&varied.interface))
+        {
             return foreign(reason);
         }
         self.simulator.restore(&snapshot.simulator)?;
         self.varied.clone_from(varied);
-        self.delay.clone_from(delay);
+        self.interface.clone_from(interface);
         self.random.clone_from(&snapshot.random);
         self.goal.clone_from(&snapshot.goal);
         Ok(())

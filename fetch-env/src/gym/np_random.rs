@@ -86,6 +86,17 @@ impl NpRandom {
         unit_interval(self.next_u64())
     }
 
+    /// Draws a number of the standard normal distribution, with the same bits on each processor. These
+    /// are not the numbers of numpy's `standard_normal`, which come from tables.
+    ///
+    /// Source: Box and Muller, *A note on the generation of random normal deviates*, 1958.
+    pub fn standard_normal(&mut self) -> f64 {
+        // Never 0, whose logarithm is infinite.
+        let share = 1.0 - self.random();
+        let turn = self.random();
+        (-2.0 * libm::log(share)).sqrt() * libm::cos(std::f64::consts::TAU * turn)
+    }
+
     /// Draws numpy's `uniform(low, high)`: `low + (high - low) * random()`, rounded after each
     /// operation.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
@@ -100,6 +111,11 @@ const JUMP: u128 = 0x9e37_79b9_7f4a_7c15_f39c_c060_5ced_c835;
 pub(crate) struct SideRandom(Pcg64);
 
 impl SideRandom {
+    /// Draws a seed.
+    pub(crate) fn seed(&mut self) -> u64 {
+        self.0.next_u64()
+    }
+
     /// Draws numpy's `uniform(low, high)`.
     pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * unit_interval(self.0.next_u64())

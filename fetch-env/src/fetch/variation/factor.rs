@@ -5,10 +5,7 @@ use std::fmt;
 use fetch_sim::{LARGEST_NUMBER, PhysicsFactor};
 use serde::{Deserialize, Serialize};
 
-/// The largest delay of actions, in steps.
-pub const MAX_ACTION_DELAY: u32 = 50;
-
-pub(super) const ACTION_DELAY: &str = "action_delay";
+use super::interface::InterfaceFactor;
 
 /// What may differ between episodes: a number of the physics, of the interface, or of a task of your
 /// own.
@@ -18,9 +15,8 @@ pub(super) const ACTION_DELAY: &str = "action_delay";
 pub enum Factor {
     /// A number of the physics.
     Physics(PhysicsFactor),
-    /// `action_delay`: the number of whole steps, up to 50, by which actions come late. What is drawn
-    /// is rounded. Until the first action comes, the robot holds its position.
-    ActionDelay,
+    /// A number of what lies between a policy and the robot.
+    Interface(InterfaceFactor),
     /// A number of your own task, by one of the names in
     /// [`FetchTask::factors`](crate::FetchTask::factors).
     Own(String),
@@ -32,7 +28,7 @@ impl Factor {
     pub fn name(&self) -> &str {
         match self {
             Self::Physics(factor) => factor.name(),
-            Self::ActionDelay => ACTION_DELAY,
+            Self::Interface(factor) => factor.name(),
             Self::Own(name) => name,
         }
     }
@@ -42,20 +38,27 @@ impl Factor {
     pub const fn bounds(&self) -> [f64; 2] {
         match self {
             Self::Physics(factor) => factor.bounds(),
-            Self::ActionDelay => [0.0, MAX_ACTION_DELAY as f64],
+            Self::Interface(factor) => factor.bounds(),
             Self::Own(_) => [-LARGEST_NUMBER, LARGEST_NUMBER],
         }
     }
 
     /// Returns the names of all factors but a task's own.
     pub(super) fn names() -> impl Iterator<Item = &'static str> {
-        PhysicsFactor::ALL.iter().map(|factor| factor.name()).chain([ACTION_DELAY])
+        let interface = InterfaceFactor::ALL.iter().map(|factor| factor.name());
+        PhysicsFactor::ALL.iter().map(|factor| factor.name()).chain(interface)
     }
 }
 
 impl fmt::Display for Factor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+impl From<InterfaceFactor> for Factor {
+    fn from(factor: InterfaceFactor) -> Self {
+        Self::Interface(factor)
     }
 }
 
@@ -68,10 +71,13 @@ impl From<PhysicsFactor> for Factor {
 /// Returns the factor of this name: a task's own, unless it is one of this crate's.
 impl From<&str> for Factor {
     fn from(name: &str) -> Self {
-        match name.parse() {
-            Ok(factor) => Self::Physics(factor),
-            Err(_) if name == ACTION_DELAY => Self::ActionDelay,
-            Err(_) => Self::Own(name.into()),
+        if let Ok(factor) = name.parse() {
+            return Self::Physics(factor);
+        }
+        let mut interface = InterfaceFactor::ALL.iter();
+        match interface.find(|factor| factor.name() == name) {
+            Some(&factor) => Self::Interface(factor),
+            None => Self::Own(name.into()),
         }
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod draw;
 pub(crate) mod error;
 pub(crate) mod factor;
+pub(crate) mod interface;
 
 use std::collections::BTreeMap;
 
@@ -13,7 +14,8 @@ use smallvec::SmallVec;
 use self::{
     draw::Draw,
     error::VariationError,
-    factor::{ACTION_DELAY, Factor},
+    factor::Factor,
+    interface::{InterfaceFactor, InterfaceNumbers},
 };
 use crate::gym::np_random::SideRandom;
 use crate::gym::registry::sort_by_similarity;
@@ -120,7 +122,7 @@ impl TryFrom<BTreeMap<Factor, Draw>> for Variation {
 #[serde(deny_unknown_fields)]
 pub struct Varied {
     pub(super) physics: Physics,
-    pub(super) action_delay: u32,
+    pub(super) interface: InterfaceNumbers,
     /// The values of the task's own factors that vary.
     own: SmallVec<[(String, f64); 1]>,
 }
@@ -147,7 +149,10 @@ impl Varied {
     fn set(&mut self, factor: &Factor, value: f64) -> Result<(), VariationError> {
         match factor {
             Factor::Physics(factor) => self.physics = self.physics.with(*factor, value)?,
-            Factor::ActionDelay => self.action_delay = value.round() as u32,
+            Factor::Interface(factor) => {
+                let is_whole = *factor == InterfaceFactor::ActionDelay;
+                self.interface.set(*factor, if is_whole { value.round() } else { value });
+            }
             Factor::Own(name) => self.own.push((name.clone(), value)),
         }
         Ok(())
@@ -155,10 +160,6 @@ impl Varied {
 
     /// Checks numbers that were loaded, given the names of the task's own factors.
     pub(super) fn check(&self, own: &[&str]) -> Result<(), String> {
-        let delay = Factor::ActionDelay.bounds();
-        if !(delay[0]..=delay[1]).contains(&f64::from(self.action_delay)) {
-            return Err(format!("its actions are late by {} steps", self.action_delay));
-        }
         let foreign = self.own.iter().find(|(name, value)| {
             !own.contains(&name.as_str()) || value.is_nan() || value.abs() > LARGEST_NUMBER
         });
@@ -178,10 +179,9 @@ impl Varied {
 
     /// Returns the numbers, by name.
     pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
-        let delay = (self.action_delay > 0).then(|| f64::from(self.action_delay));
         let physics = self.physics.iter().map(|(factor, value)| (factor.name(), value));
         physics
-            .chain(delay.map(|delay| (ACTION_DELAY, delay)))
+            .chain(self.interface.iter().map(|(factor, value)| (factor.name(), value)))
             .chain(self.own.iter().map(|(name, value)| (name.as_str(), *value)))
     }
 }

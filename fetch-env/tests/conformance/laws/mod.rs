@@ -3,6 +3,7 @@
 pub(crate) mod action;
 pub(crate) mod check;
 pub(crate) mod episode;
+pub(crate) mod interface;
 pub(crate) mod reset;
 pub(crate) mod reward;
 pub(crate) mod snapshot;

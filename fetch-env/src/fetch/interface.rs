@@ -1,0 +1,132 @@
+//! What lies between a policy and the robot: noise, scales, low passes and delays.
+
+use std::collections::VecDeque;
+
+use fetch_sim::{Control, LARGEST_NUMBER};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::action::{ACTION_LEN, Precision};
+use super::variation::interface::{InterfaceFactor, InterfaceNumbers};
+use crate::gym::np_random::{MAX_COUNT, NpRandom};
+
+/// The state of an environment's interface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Interface {
+    numbers: InterfaceNumbers,
+    /// The commands that have been given and have not come yet, the next one first. Each is a
+    /// displacement along x, y, z, in meters, and one of the fingers.
+    late: VecDeque<[f64; ACTION_LEN]>,
+    /// What came of the last action from the low pass.
+    passed: Option<[f64; ACTION_LEN]>,
+    /// The seed of the episode's noise.
+    seed: u64,
+    /// Actions so far.
+    step: u64,
+}
+
+/// What noise is added to.
+#[derive(Clone, Copy)]
+enum Noise {
+    Action,
+    Observation,
+}
+
+impl Interface {
+    /// Begins an episode.
+    pub(super) fn begin(&mut self, numbers: InterfaceNumbers, seed: u64) {
+        self.late.clear();
+        let delay = numbers.action_delay();
+        if delay > 0 {
+            // A step adds its command before it takes one.
+            self.late.reserve(delay + 1);
+            self.late.resize(delay, [0.0; ACTION_LEN]);
+        }
+        (self.numbers, self.passed, self.seed, self.step) = (numbers, None, seed, 0);
+    }
+
+    /// Returns what comes of an action before it is clipped.
+    pub(super) fn action<P: Precision>(&mut self, action: [P; ACTION_LEN]) -> [P; ACTION_LEN] {
+        self.step += 1;
+        let numbers = self.numbers;
+        let [pass, scale, noise] = [
+            (InterfaceFactor::ActionLowPass, 1.0),
+            (InterfaceFactor::ActionScale, 1.0),
+            (InterfaceFactor::ActionNoise, 0.0),
+        ]
+        .map(|(factor, nothing)| numbers.or(factor, nothing));
+        if pass == 1.0 && scale == 1.0 && noise == 0.0 {
+            return action;
+        }
+        // Finite, and so small that no product overflows.
+        let mut elements =
+            action.map(|element| element.into().clamp(-LARGEST_NUMBER, LARGEST_NUMBER));
+        if pass < 1.0 {
+            for (element, last) in elements.iter_mut().zip(self.passed.into_iter().flatten()) {
+                *element = pass * *element + (1.0 - pass) * last;
+            }
+            self.passed = Some(elements);
+        }
+        let mut random = self.noise(Noise::Action);
+        elements.map(|element| {
+            let scaled = element * scale;
+            P::from_f64(if noise == 0.0 {
+                scaled
+            } else {
+                scaled + noise * random.standard_normal()
+            })
+        })
+    }
+
+    /// Returns the command that comes now, given the one that the action gives.
+    pub(super) fn delay(&mut self, control: Control) -> Control {
+        if self.late.is_empty() {
+            return control;
+        }
+        let [x, y, z] = control.displacement.into();
+        self.late.push_back([x, y, z, control.fingers]);
+        self.late.pop_front().map_or(control, |[x, y, z, fingers]| Control {
+            displacement: Vector3::new(x, y, z),
+            fingers,
+        })
+    }
+
+    /// Adds the noise of the current state to what is observed of it: always the same.
+    pub(super) fn observe(&self, observation: &mut [f64]) {
+        let noise = self.numbers.or(InterfaceFactor::ObservationNoise, 0.0);
+        if noise > 0.0 {
+            let mut random = self.noise(Noise::Observation);
+            for element in observation {
+                *element += noise * random.standard_normal();
+            }
+        }
+    }
+
+    /// Returns the generator of a step's noise.
+    fn noise(&self, noise: Noise) -> NpRandom {
+        let number = 2 * self.step + noise as u64;
+        NpRandom::new(self.seed.wrapping_add(number.wrapping_mul(0x9e37_79b9_7f4a_7c15)))
+    }
+
+    /// Checks a state that was loaded.
+    pub(super) fn check(&self, numbers: &InterfaceNumbers) -> Result<(), String> {
+        if self.numbers != *numbers {
+            return Err("its interface is that of another episode".into());
+        }
+        if self.late.len() != numbers.action_delay() {
+            let (late, delay) = (self.late.len(), numbers.action_delay());
+            return Err(format!(
+                "{late} of its actions have not come yet, with a delay of {delay}"
+            ));
+        }
+        if self.step > MAX_COUNT {
+            return Err(format!("it has taken {} steps", self.step));
+        }
+        let mut numbers = self.late.iter().chain(&self.passed).flatten();
+        match numbers.find(|number| number.is_nan() || number.abs() > LARGEST_NUMBER) {
+            Some(number) => Err(format!("one of its actions has the number {number}")),
+            None => Ok(()),
+        }
+    }
+}
