@@ -56,6 +56,7 @@ mod planned;
 mod policy;
 #[cfg(feature = "learn")]
 mod reset_seeds;
+pub mod robustness;
 #[cfg(feature = "runs")]
 pub mod runs;
 mod scripted;

@@ -6,7 +6,8 @@ use crate::{
 };
 #[cfg(feature = "full")]
 use crate::{
-    collect, completions, datasets, evaluate, figures, learning_curves, plan, play, report, train,
+    collect, completions, datasets, evaluate, figures, learning_curves, plan, play, report,
+    robustness, train,
 };
 
 #[derive(clap::Subcommand)]
@@ -53,6 +54,12 @@ pub enum Command {
         after_help = "Example: fetch-env evaluate --env-id FetchPush-v4,FetchSlide-v4 --policy trained"
     )]
     Evaluate(evaluate::Args),
+    /// Measure how success depends on noise, delays, mass, friction and the like
+    #[cfg(feature = "full")]
+    #[command(
+        after_help = "Example: fetch-env robustness --env-id FetchPush-v4 --factor observation_noise=0,0.01,0.02,0.05"
+    )]
+    Robustness(robustness::Args),
     /// Write a page that plays one episode back
     #[cfg(feature = "full")]
     #[command(after_help = "Example: fetch-env play --env-id FetchPush-v4 --policy trained")]
@@ -109,6 +116,8 @@ impl Command {
             Self::LearningCurves(args) => learning_curves::run(args),
             #[cfg(feature = "full")]
             Self::Evaluate(args) => evaluate::run(args),
+            #[cfg(feature = "full")]
+            Self::Robustness(args) => robustness::run(args),
             #[cfg(feature = "full")]
             Self::Play(args) => play::run(args),
             #[cfg(feature = "full")]

@@ -4,9 +4,9 @@
 use std::{num::NonZeroUsize, path::PathBuf, thread::available_parallelism};
 
 use baselines::{Episode, Estimate, Evaluation, RandomPolicy, Summary, evaluate};
-use fetch_env::{Env, EnvId, make};
+use fetch_env::{Env, EnvId, FetchConfig, make};
 use indicatif::ProgressBar;
-use rayon::{ThreadPoolBuilder, prelude::*};
+use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
 
 use crate::shared::{
@@ -96,7 +96,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let bar = progress::bar(total, "episodes");
     let mut rows = Vec::new();
     for &env_id in &args.env_id {
-        let evaluation = pool.install(|| evaluate_on_all(args, env_id, &bar))?;
+        let task = Evaluating {
+            config: env_id.config().with_model(args.model.source()),
+            policy: &args.policy,
+            episodes: args.episodes.get(),
+            seed: args.seed,
+        };
+        let evaluation = task.on_all(&pool, &bar)?;
         rows.push((env_id, evaluation.summary()?));
     }
     bar.finish_and_clear();
@@ -106,32 +112,39 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Runs the episodes on all threads of the pool, each with its own environment and policy.
-fn evaluate_on_all(args: &Args, env_id: EnvId, bar: &ProgressBar) -> anyhow::Result<Evaluation> {
-    let seeds: Vec<u64> =
-        (0..args.episodes.get() as u64).map(|episode| args.seed.wrapping_add(episode)).collect();
-    let parts = seeds.par_chunks(seeds.len().div_ceil(args.threads.get()));
-    let parts: Vec<Vec<Episode>> =
-        parts.map(|seeds| episodes(args, env_id, seeds, bar)).collect::<anyhow::Result<_>>()?;
-    Ok(Evaluation { episodes: parts.concat() })
+/// An evaluation of a policy in one kind of environment.
+pub struct Evaluating<'a> {
+    pub config: FetchConfig,
+    pub policy: &'a str,
+    pub episodes: usize,
+    pub seed: u64,
 }
 
-/// Runs an episode for each seed.
-fn episodes(
-    args: &Args,
-    env_id: EnvId,
-    seeds: &[u64],
-    bar: &ProgressBar,
-) -> anyhow::Result<Vec<Episode>> {
-    let mut env = make(env_id.config().with_model(args.model.source()))?;
-    let mut policy = policy_of(&args.policy, &env, args.seed)?;
-    let mut episodes = Vec::new();
-    for &seed in seeds {
-        let mut random = RandomPolicy::new(env.action_space(), seed);
-        let policy = acting(&args.policy, &mut random, &mut *policy);
-        episodes.extend(evaluate(&mut env, policy, 1, seed, |_| bar.inc(1))?.episodes);
+impl Evaluating<'_> {
+    /// Runs the episodes on all threads of the pool, each with its own environment and policy.
+    pub fn on_all(&self, pool: &ThreadPool, bar: &ProgressBar) -> anyhow::Result<Evaluation> {
+        let seeds: Vec<u64> =
+            (0..self.episodes as u64).map(|episode| self.seed.wrapping_add(episode)).collect();
+        let threads = pool.current_num_threads();
+        let parts: Vec<Vec<Episode>> = pool.install(|| {
+            let parts = seeds.par_chunks(seeds.len().div_ceil(threads));
+            parts.map(|seeds| self.on_one(seeds, bar)).collect::<anyhow::Result<_>>()
+        })?;
+        Ok(Evaluation { episodes: parts.concat() })
     }
-    Ok(episodes)
+
+    /// Runs an episode for each seed.
+    fn on_one(&self, seeds: &[u64], bar: &ProgressBar) -> anyhow::Result<Vec<Episode>> {
+        let mut env = make(self.config.clone())?;
+        let mut policy = policy_of(self.policy, &env, self.seed)?;
+        let mut episodes = Vec::new();
+        for &seed in seeds {
+            let mut random = RandomPolicy::new(env.action_space(), seed);
+            let policy = acting(self.policy, &mut random, &mut *policy);
+            episodes.extend(evaluate(&mut env, policy, 1, seed, |_| bar.inc(1))?.episodes);
+        }
+        Ok(episodes)
+    }
 }
 
 /// Prints a row for each environment: each figure with its 95 % interval.

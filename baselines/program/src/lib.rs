@@ -29,6 +29,8 @@ mod plan;
 mod play;
 #[cfg(feature = "full")]
 mod report;
+#[cfg(feature = "full")]
+mod robustness;
 pub mod shared;
 #[cfg(feature = "full")]
 mod train;

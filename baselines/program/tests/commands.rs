@@ -33,6 +33,41 @@ fn figures_are_written_with_opengl_and_without() -> Result {
 }
 
 #[test]
+fn curves_of_robustness_do_not_depend_on_the_threads() -> Result {
+    let folder = tempfile::tempdir()?;
+    let measure = |threads: usize| -> Result<_> {
+        let [csv, json] = ["csv", "json"].map(|ending| folder.path().join(format!("r.{ending}")));
+        let table = output_of(
+            fetch(&format!(
+                "robustness --env-id FetchReach-v4 --policy scripted,zero --episodes 5 --threads \
+                 {threads} --factor observation_noise=0,0.5 --factor gravity=5 --with action_delay=1"
+            ))
+            .arg("--csv")
+            .arg(&csv)
+            .arg("--json")
+            .arg(&json),
+        )?;
+        Ok((table, fs::read_to_string(csv)?, read_json(&json)?))
+    };
+    let (table, csv, json) = measure(1)?;
+    assert_eq!(measure(3)?, (table.clone(), csv.clone(), json.clone()));
+    // A line for each policy and value, and one with the columns.
+    assert_eq!(csv.lines().count(), 1 + 2 * 3);
+    assert!(csv.contains("\nscripted,observation_noise,0,1,"), "{csv}");
+    let results = json["results"].as_array().ok_or("results")?;
+    let value = |name: &str| {
+        let result = results.iter().find(|result| result["name"] == name);
+        result.and_then(|result| result["value"].as_f64()).ok_or_else(|| name.to_owned())
+    };
+    assert_eq!(value("robustness/scripted/observation_noise/0/success_rate")?, 1.0);
+    let area = value("robustness/scripted/observation_noise/success_rate/area")?;
+    let noisy = value("robustness/scripted/observation_noise/0.5/success_rate")?;
+    assert!((area - 0.5 * (1.0 + noisy) / 2.0).abs() < 1e-12, "{area}");
+    assert!(table.contains("| observation_noise | success at the end |"), "{table}");
+    Ok(())
+}
+
+#[test]
 fn wrong_usage_is_exit_code_2() -> Result {
     for arguments in [
         "nothing",
@@ -47,6 +82,12 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "train --checkpoint-seconds=-1",
         "train --set left_out=[999] --out nothing",
         "plan --starts 0",
+        "robustness",
+        "robustness --factor object_mass",
+        "robustness --factor object_mas=1",
+        "robustness --factor object_mass=0",
+        "robustness --env-id FetchReach-v4 --factor object_mass=1",
+        "robustness --factor gravity=9 --with friction=1,2",
         "play --policy nothing",
         "collect --format ogbench --out nothing --snapshots",
         "datasets --out nothing --only nothing",
