@@ -54,7 +54,7 @@ fn check<E: GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>
 }
 
 #[test]
-fn episodes_of_the_stand_in_are_collected() -> Result {
+fn episodes_of_the_kinematic_simulator_are_collected() -> Result {
     for id in ["FetchReach-v4", "FetchPushDense-v4"] {
         check(make_kinematic(id)?)?;
     }

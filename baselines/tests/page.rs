@@ -277,8 +277,8 @@ fn what_has_no_scene_is_plotted() -> Result {
     page.push(&html);
     assert_well_formed(&page.html());
 
-    let mut stand_in = make_kinematic("FetchPush-v4")?;
-    let html = episode_page(&mut stand_in, &mut ScriptedPolicy::new(Task::Push), 0)?;
+    let mut kinematic = make_kinematic("FetchPush-v4")?;
+    let html = episode_page(&mut kinematic, &mut ScriptedPolicy::new(Task::Push), 0)?;
     assert!(html.contains("<h1>FetchPush-v4, seed 0</h1>"));
     assert_eq!(html.matches("<svg ").count(), 2 + 3 + 25);
     Ok(())

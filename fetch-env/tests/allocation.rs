@@ -27,7 +27,7 @@ fn is_free_of_allocation<S: Simulator>(
 }
 
 #[test]
-fn nothing_is_allocated_on_the_stand_in() -> Result {
+fn nothing_is_allocated_on_the_kinematic_simulator() -> Result {
     is_free_of_allocation(|config| Ok(KinematicSimulator::new(config)))
 }
 

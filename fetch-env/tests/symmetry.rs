@@ -151,7 +151,7 @@ fn deviations<S: Simulator>(
 }
 
 #[test]
-fn the_stand_in_is_symmetric() -> Result {
+fn the_kinematic_simulator_is_symmetric() -> Result {
     for id in ids() {
         // It does not reach as far on both sides; small actions stay within its reach.
         let simulator = |config: &SimConfig| Ok(KinematicSimulator::new(config));

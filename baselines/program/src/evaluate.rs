@@ -3,6 +3,7 @@
 
 use std::{num::NonZeroUsize, path::PathBuf, thread::available_parallelism};
 
+use anyhow::ensure;
 use baselines::{Episode, Estimate, Evaluation, RandomPolicy, Summary, evaluate};
 use fetch_env::{Env, EnvId, FetchConfig, make};
 use indicatif::ProgressBar;
@@ -14,6 +15,9 @@ use crate::shared::{
     json::{Metric, write_results},
     progress,
 };
+
+/// The most threads of a command, as of a vector of environments.
+const MAX_THREADS: usize = 1024;
 
 #[derive(Clone, Debug, clap::Args, Serialize)]
 pub struct Args {
@@ -91,7 +95,9 @@ const FIGURES: [Figure; 5] = [
 ];
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    let pool = ThreadPoolBuilder::new().num_threads(args.threads.get()).build()?;
+    let threads = args.threads.min(args.episodes).get();
+    ensure!(threads <= MAX_THREADS, "{threads} threads are too many: use at most {MAX_THREADS}");
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
     let total = args.episodes.get().saturating_mul(args.env_id.len());
     let bar = progress::bar(total, "episodes");
     let mut rows = Vec::new();

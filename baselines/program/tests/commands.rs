@@ -99,6 +99,19 @@ fn wrong_usage_is_exit_code_2() -> Result {
 }
 
 #[test]
+fn an_evaluation_starts_no_more_threads_than_it_has_episodes_and_never_thousands() -> Result {
+    let evaluate = |episodes: &str| {
+        let mut command = fetch("evaluate --policy zero --threads 40000 --episodes");
+        command.arg(episodes);
+        command
+    };
+    assert!(output_of(&mut evaluate("2"))?.contains("2 episodes"));
+    let refused = errors_of(&evaluate("40000").output()?);
+    assert!(refused.contains("use at most 1024"), "{refused}");
+    Ok(())
+}
+
+#[test]
 fn planned_starts_are_counted_by_the_distance_of_the_goal() -> Result {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("plan.json");

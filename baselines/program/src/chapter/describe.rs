@@ -2,22 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use fetch_env::{Env, EnvId, GoalEnv, GoalObservation, make, observation_fields};
+use fetch_env::{Env, GoalEnv, GoalObservation, make, observation_fields};
 use serde_json::{Value, json};
 
 use crate::shared::{
-    env_id::parse_env_id,
+    env_id::StartArgs,
     json::{Versions, write_json},
 };
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, value_name = "ID", default_value = "auto", value_parser = parse_env_id)]
-    env_id: EnvId,
-    /// Seed of resets, actions and goals
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    start: StartArgs,
     /// Where to write the description
     #[arg(long, value_name = "FILE", default_value = OUT)]
     describe_out: PathBuf,
@@ -27,10 +23,11 @@ pub struct Args {
 pub(crate) const OUT: &str = "results/ch01_env_describe.json";
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    describe(args.env_id, args.seed, &args.describe_out)
+    describe(args.start, &args.describe_out)
 }
 
-pub(crate) fn describe(id: EnvId, seed: u64, out: &Path) -> anyhow::Result<bool> {
+pub(crate) fn describe(start: StartArgs, out: &Path) -> anyhow::Result<bool> {
+    let StartArgs { env_id: id, seed } = start;
     let mut env = make(id)?;
     let first = env.reset(Some(seed))?.observation;
     let part = |values: &[f64]| {

@@ -10,18 +10,14 @@ use fetch_env::{Env, EnvId, make};
 use serde::Serialize;
 
 use crate::shared::{
-    env_id::parse_env_id,
+    env_id::StartArgs,
     json::{Versions, write_json},
 };
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Environment, or auto for FetchReachDense-v4
-    #[arg(long, value_name = "ID", default_value = "auto", value_parser = parse_env_id)]
-    env_id: EnvId,
-    /// Seed of resets, actions and goals
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    start: StartArgs,
     /// Number of episodes
     #[arg(long, default_value = "10")]
     episodes: NonZeroUsize,
@@ -51,15 +47,11 @@ struct Metrics {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    random_episodes(args.env_id, args.seed, args.episodes.get(), &args.random_out)
+    random_episodes(args.start, args.episodes.get(), &args.random_out)
 }
 
-pub(crate) fn random_episodes(
-    id: EnvId,
-    seed: u64,
-    count: usize,
-    out: &Path,
-) -> anyhow::Result<bool> {
+pub(crate) fn random_episodes(start: StartArgs, count: usize, out: &Path) -> anyhow::Result<bool> {
+    let StartArgs { env_id: id, seed } = start;
     let evaluation = evaluate_random(id, seed, count)?;
     let summary = evaluation.summary()?;
     let metrics = Metrics {

@@ -22,11 +22,11 @@ struct Output<S> {
 
 /// The versions that a result depends on.
 #[derive(Clone, Debug, Serialize)]
-pub struct Versions {
+pub(crate) struct Versions {
     /// This project's.
-    pub project: &'static str,
+    pub(crate) project: &'static str,
     /// That of MuJoCo's headers.
-    pub mujoco: String,
+    pub(crate) mujoco: String,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -73,7 +73,7 @@ impl fmt::Display for Metric {
 
 impl Versions {
     /// Returns the versions of this build.
-    pub fn current() -> Self {
+    pub(crate) fn current() -> Self {
         let mujoco =
             MujocoVersion::of_headers().map_or("none".into(), |version| version.to_string());
         Self { project: env!("CARGO_PKG_VERSION"), mujoco }
@@ -103,24 +103,8 @@ pub fn write_results(
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
-    write_text(path, &json_text(value)?)
-}
-
-/// Returns a value as lines of JSON.
-///
-/// # Errors
-/// The value cannot be written as JSON.
-pub fn json_text(value: &impl Serialize) -> anyhow::Result<String> {
-    Ok(serde_json::to_string_pretty(value)? + "\n")
-}
-
-/// Writes a file, making missing folders.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
-    write_file(path, text.as_bytes())
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
+    write_text(path, &(serde_json::to_string_pretty(value)? + "\n"))
 }
 
 /// Writes a file, making missing folders. A regular file appears whole or not at all; a device or a
@@ -128,15 +112,15 @@ pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
     let is_special = fs::metadata(path).is_ok_and(|metadata| !metadata.is_file());
     if is_special {
-        return fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()));
+        return fs::write(path, text).with_context(|| format!("cannot write {}", path.display()));
     }
-    files::replace(path, |file| file.write_all(bytes))
+    files::replace(path, |file| file.write_all(text.as_bytes()))
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
@@ -145,7 +129,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// The file cannot be written, or a folder, a pipe or the like has its name.
-pub fn replace_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+pub(crate) fn replace_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     files::replace_entry(path, |file| file.write_all(bytes))
         .with_context(|| format!("cannot write {}", path.display()))
 }

@@ -57,7 +57,7 @@ impl<E: LearnEnv> Replay<E> {
         let config = buffer_config(replay.capacity, &template).map_err(VecEnvError::from)?;
         let mut config = config.with_num_envs(num_envs);
         if let Some(still) = still_episodes(replay)? {
-            let seed = seed_for(seed, SeedUse::StillEpisodes, 0);
+            let seed = seed_for(seed, SeedUse::MotionlessEpisodes, 0);
             config = config.with_motionless_episodes(still.with_seed(seed));
         }
         let dims = config.dims();

@@ -14,7 +14,7 @@ pub(super) enum SeedUse {
     /// Random actions and noise while collecting.
     Exploration,
     /// Which still episodes are left out.
-    StillEpisodes,
+    MotionlessEpisodes,
     /// The batches of updates.
     Batches,
     /// The batches that normalizers take in.
