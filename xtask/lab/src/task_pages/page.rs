@@ -6,7 +6,7 @@ use fetch_env::{EnvId, FetchConfig, FetchObservation, ObservationField, observat
 use fetch_sim::Task;
 use goal_reward::RewardKind;
 
-use super::words::{DIFFERENCES, file_name, object, own_difference, to_do, wrapped};
+use super::words::{file_name, object, to_do, wrapped};
 use fetch_cli::shared::reference::RandomReference;
 
 /// The displacement of the gripper by an action of 1, in meters.
@@ -27,7 +27,7 @@ pub(super) fn page(task: Task) -> Result<String, std::fmt::Error> {
         "# Fetch{task}\n\n![{sparse} after a reset](../images/{}.png)\n",
         file_name(task)
     )?;
-    writeln!(page, "{}\n", wrapped(to_do(task), ""))?;
+    writeln!(page, "{}\n", wrapped(to_do(task)))?;
     let observation = FetchObservation::len_of(task);
     writeln!(page, "| | |\n|---|---|")?;
     writeln!(page, "| ids | `{sparse}` (sparse reward), `{dense}` (dense reward) |")?;
@@ -46,7 +46,7 @@ pub(super) fn page(task: Task) -> Result<String, std::fmt::Error> {
     start(&mut page, &config)?;
     end(&mut page, &config)?;
     random(&mut page, task)?;
-    versions(&mut page, task)?;
+    versions(&mut page)?;
     writeln!(
         page,
         "<!-- `cargo xtask task-pages` writes this page from the tables in the code. -->"
@@ -56,7 +56,7 @@ pub(super) fn page(task: Task) -> Result<String, std::fmt::Error> {
 
 /// Writes a paragraph, and an empty line below it.
 fn paragraph(page: &mut String, text: &str) -> std::fmt::Result {
-    writeln!(page, "{}\n", wrapped(text, ""))
+    writeln!(page, "{}\n", wrapped(text))
 }
 
 fn actions(page: &mut String, task: Task) -> std::fmt::Result {
@@ -66,12 +66,10 @@ fn actions(page: &mut String, task: Task) -> std::fmt::Result {
         "moves both fingers; positive opens, negative closes"
     };
     writeln!(page, "## Actions\n| index | lowest | highest | effect |\n|---|---|---|---|")?;
-    for (index, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        writeln!(
-            page,
-            "| {index} | -1 | 1 | moves the gripper's target along {axis}; 1 is {DISPLACEMENT} m |"
-        )?;
-    }
+    writeln!(
+        page,
+        "| 0 to 2 | -1 | 1 | move the gripper's target along x, y and z; 1 is {DISPLACEMENT} m |"
+    )?;
     writeln!(page, "| 3 | -1 | 1 | {fingers} |\n")?;
     paragraph(
         page,
@@ -82,14 +80,12 @@ fn actions(page: &mut String, task: Task) -> std::fmt::Result {
 
 fn observations(page: &mut String, task: Task) -> std::fmt::Result {
     writeln!(page, "## Observations")?;
-    writeln!(page, "| index | name | element | unit | meaning |\n|---|---|---|---|---|")?;
+    writeln!(page, "| index | name | elements | unit | meaning |\n|---|---|---|---|---|")?;
     for field in observation_fields(task) {
         let ObservationField { name, range, unit, description, .. } = field;
-        let elements: &[&str] =
-            if range.len() == 2 { &["right", "left"] } else { &["x", "y", "z"] };
-        for (index, element) in range.clone().zip(elements) {
-            writeln!(page, "| {index} | `{name}` | {element} | {unit} | {description} |")?;
-        }
+        let elements = if range.len() == 2 { "right, left" } else { "x, y, z" };
+        let (first, last) = (range.start, range.end - 1);
+        writeln!(page, "| {first} to {last} | `{name}` | {elements} | {unit} | {description} |")?;
     }
     let achieved = if task.has_object() { "object_pos" } else { "grip_pos" };
     writeln!(page)?;
@@ -97,8 +93,8 @@ fn observations(page: &mut String, task: Task) -> std::fmt::Result {
         page,
         &format!(
             "`achieved_goal` is `{achieved}`. `desired_goal` is the episode's goal: x, y and z in \
-             meters. A step is a control step of {} s: velocities are per control step, in \
-             gymnasium-robotics too, although its own table says \"m/s\".",
+             meters. Velocities are per control step of {} s, in gymnasium-robotics too, although \
+             its own table says \"m/s\".",
             EnvId { task, reward: RewardKind::Sparse }.config().control_period()
         ),
     )
@@ -197,20 +193,12 @@ fn random(page: &mut String, task: Task) -> std::fmt::Result {
     )
 }
 
-fn versions(page: &mut String, task: Task) -> std::fmt::Result {
+fn versions(page: &mut String) -> std::fmt::Result {
     writeln!(page, "## Versions")?;
     paragraph(
         page,
         "There is only v4, as in gymnasium-robotics 1.4.2. `FetchConfig` changes the numbers \
-         above.",
-    )?;
-    writeln!(page, "## Differences from gymnasium-robotics")?;
-    for difference in DIFFERENCES.into_iter().chain(own_difference(task)) {
-        writeln!(page, "- {}", wrapped(difference, "  "))?;
-    }
-    writeln!(
-        page,
-        "\n[Fidelity](../FIDELITY.md) lists all differences, and says how they are measured.\n"
+         above. [Fidelity](../FIDELITY.md) lists the differences from gymnasium-robotics.",
     )
 }
 

@@ -39,42 +39,16 @@ pub(super) const fn object(task: Task) -> &'static str {
     }
 }
 
-/// The differences from gymnasium-robotics that all tasks have.
-pub(super) const DIFFERENCES: [&str; 3] = [
-    "An action with NaN or infinity is an error, and so is a simulation that diverges; there, \
-     an episode continues with wrong numbers.",
-    "A step before the first reset or after the end of an episode is an error.",
-    "The model of the robot is the project's own unless you choose `ModelSource::Reference`. With \
-     that one, observations have the same bits, except for two quantities that Python rounds \
-     differently depending on the processor.",
-];
-
-/// Returns the differences that only this task has.
-pub(super) const fn own_difference(task: Task) -> Option<&'static str> {
-    match task {
-        Task::Reach | Task::Push => None,
-        Task::PickAndPlace => Some(
-            "Rendering changes no bit of the simulation; there, it moves later states by up to 8 \
-             mm.",
-        ),
-        Task::Slide => Some(
-            "Actions are `f32`. There, the same actions as `float64` lead to other states: up to \
-             0.17 m apart at the end of an episode.",
-        ),
-    }
-}
-
-/// Breaks a text into lines of at most 100 characters. Each line after the first begins with
-/// `indent`, and the caller writes as many characters before the first one.
-pub(super) fn wrapped(text: &str, indent: &str) -> String {
+/// Breaks a text into lines of at most 100 characters.
+pub(super) fn wrapped(text: &str) -> String {
     const WIDTH: usize = 100;
-    let (mut lines, mut column) = (String::new(), indent.len());
+    let (mut lines, mut column) = (String::new(), 0);
     for word in text.split_whitespace() {
         let len = word.chars().count();
         let is_first = lines.is_empty();
         if !is_first && column + 1 + len > WIDTH {
-            lines += &format!("\n{indent}");
-            column = indent.len();
+            lines.push('\n');
+            column = 0;
         } else if !is_first {
             lines.push(' ');
             column += 1;
