@@ -301,6 +301,9 @@ fn any_number_of_threads_changes_the_same_rows() -> Result {
             .with_goal_noise(noise(half()))
             .with_parallel(false);
         let alone = plain(&sampler, 7)?;
+        // Threads do not draw the same rows.
+        let (first, second) = alone.transition().split_at(2500);
+        assert_ne!(first, &second[..2500]);
         for threads in 1..=4 {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
             // The error of a draw cannot leave the pool's threads.

@@ -196,22 +196,6 @@ fn batches_whose_rows_are_drawn_again_are_pinned() -> Result {
     Ok(())
 }
 
-#[test]
-fn any_number_of_threads_leaves_out_the_same_rows() -> Result {
-    let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(100, DIMS))?;
-    (0..5).try_for_each(|_| add(&mut buffer, &GOALS))?;
-    let sampler = Sampler::new(3000, GoalStrategy::Random, UnitInterval::from_k(4))
-        .with_keep_already_achieved(UnitInterval::new(0.1)?);
-    let (mut alone, mut together) = (Batch::<f64>::new(), Batch::<f64>::new());
-    sampler.sample(&buffer, &AtLeast, 5, &mut alone)?;
-    for threads in 1..=3 {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        pool.install(|| sampler.with_parallel(true).sample(&buffer, &AtLeast, 5, &mut together))?;
-        assert_eq!(alone, together);
-    }
-    Ok(())
-}
-
 fn motionless_buffer(kept: f64, seed: u64) -> Result<HerBuffer<f64>> {
     let motionless = MotionlessEpisodes::new(0.5, UnitInterval::new(kept)?).with_seed(seed);
     Ok(HerBuffer::new(BufferConfig::new(100_000, DIMS).with_motionless_episodes(motionless))?)

@@ -1,11 +1,10 @@
 //! Batches are functions of their seed, and readers see whole rows.
 
-use std::num::NonZeroUsize;
 use std::sync::RwLock;
 use std::thread;
 
 use crate::common::{Result, Telling, add, begin, buffer, rows, step};
-use her_relabel::{Batch, GoalStrategy, HerBuffer, NStep, SampleError, Sampler, UnitInterval};
+use her_relabel::{Batch, GoalStrategy, HerBuffer, SampleError, Sampler, UnitInterval};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -54,31 +53,6 @@ fn a_used_batch_gives_what_a_new_one_gives() -> Result {
     SAMPLER.sample(&buffer, &Telling, 2, &mut used)?;
     SAMPLER.sample(&buffer, &Telling, 2, &mut new)?;
     assert_eq!(used, new);
-    Ok(())
-}
-
-#[test]
-fn any_number_of_threads_draws_the_same_batch() -> Result {
-    let mut buffer = buffer(1000);
-    for episode in 0..40 {
-        add(&mut buffer, episode, 1 + episode % 30, (episode % 2 == 0, true));
-    }
-    let n_step = NStep::new(NonZeroUsize::MIN.saturating_add(3), UnitInterval::new(0.9)?);
-    let sampler = Sampler::new(5001, GoalStrategy::Random, UnitInterval::from_k(4));
-    for sampler in [sampler, sampler.with_n_step(n_step).with_success(true)] {
-        let (mut alone, mut together) = (Batch::<f64>::new(), Batch::<f64>::new());
-        sampler.sample(&buffer, &Telling, 5, &mut alone)?;
-        for threads in 1..=4 {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-            pool.install(|| {
-                sampler.with_parallel(true).sample(&buffer, &Telling, 5, &mut together)
-            })?;
-            assert_eq!(alone, together);
-        }
-        // Threads do not draw the same rows.
-        let halves = alone.transition().split_at(2500);
-        assert_ne!(halves.0, &halves.1[..2500]);
-    }
     Ok(())
 }
 

@@ -1,118 +1,15 @@
 //! The laws of hindsight relabeling.
 
+use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::common::{Result, Telling, add, assert_uniform, buffer, draw, relabel_all, rows};
+use crate::common::{Result, Telling, add, buffer, draw, relabel_all, rows};
 use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
 use her_relabel::{
-    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, SampleError, Sampler, Scalar,
-    UnitInterval,
+    Batch, BufferConfig, Dims, EpisodeData, GoalStrategy, HerBuffer, NStep, SampleError, Sampler,
+    Scalar, UnitInterval,
 };
-
-/// All strategies whose goals come from the transition's own episode.
-fn strategies() -> [GoalStrategy; 4] {
-    let geometric = GoalStrategy::Geometric { gamma: UnitInterval::new(0.9).unwrap() };
-    [GoalStrategy::Future, GoalStrategy::Final, GoalStrategy::Episode, geometric]
-}
-
-#[test]
-fn future_goals_are_uniform_over_the_states_after_the_step() -> Result {
-    const LEN: u32 = 12;
-    let mut buffer = buffer(100);
-    add(&mut buffer, 3, LEN, (false, true));
-    let drawn = draw(&buffer, &relabel_all(60_000, GoalStrategy::Future), 1);
-    for t in 0..LEN {
-        let mut counts = vec![0; (LEN - t) as usize];
-        for row in drawn.iter().filter(|row| row.t == t) {
-            let (_, state) = row.new_goal.unwrap();
-            counts[(state - t - 1) as usize] += 1;
-            assert_eq!(row.ahead, Some(i64::from(state - t - 1)));
-        }
-        assert_uniform(&counts, &format!("future goals of step {t}"));
-    }
-    Ok(())
-}
-
-#[test]
-fn final_goals_are_the_last_state() {
-    let mut buffer = buffer(100);
-    for (episode, len) in [(1, 7), (2, 1), (3, 4)] {
-        add(&mut buffer, episode, len, (false, true));
-    }
-    for row in draw(&buffer, &relabel_all(2000, GoalStrategy::Final), 2) {
-        let last = [7, 1, 4][row.episode as usize - 1];
-        assert_eq!(row.new_goal, Some((row.episode, last)));
-    }
-}
-
-#[test]
-fn episode_goals_are_uniform_over_all_states_but_the_first() -> Result {
-    const LEN: u32 = 9;
-    let mut buffer = buffer(100);
-    add(&mut buffer, 1, LEN, (false, true));
-    let drawn = draw(&buffer, &relabel_all(60_000, GoalStrategy::Episode), 3);
-    for t in 0..LEN {
-        let mut counts = vec![0; LEN as usize];
-        for row in drawn.iter().filter(|row| row.t == t) {
-            counts[row.new_goal.unwrap().1 as usize - 1] += 1;
-        }
-        assert_uniform(&counts, &format!("episode goals of step {t}"));
-    }
-    Ok(())
-}
-
-#[test]
-fn goals_of_neighboring_rows_are_independent() -> Result {
-    const LEN: u32 = 5;
-    let mut buffer = buffer(100);
-    add(&mut buffer, 1, LEN, (false, true));
-    let drawn = draw(&buffer, &relabel_all(100_000, GoalStrategy::Episode), 4);
-    let mut goals = vec![0; (LEN * LEN) as usize];
-    let mut step_and_goal = vec![0; (LEN * LEN) as usize];
-    for pair in drawn.chunks_exact(2) {
-        let [first, second] = [pair[0], pair[1]].map(|row| row.new_goal.unwrap().1 - 1);
-        goals[(first * LEN + second) as usize] += 1;
-        step_and_goal[(pair[0].t * LEN + second) as usize] += 1;
-    }
-    assert_uniform(&goals, "pairs of goals");
-    assert_uniform(&step_and_goal, "a step and the goal of the next row");
-    Ok(())
-}
-
-#[test]
-fn an_episode_of_one_step_has_one_hindsight_goal() {
-    let mut buffer = buffer(10);
-    add(&mut buffer, 8, 1, (true, false));
-    for strategy in strategies() {
-        for row in draw(&buffer, &relabel_all(64, strategy), 5) {
-            assert_eq!(row.new_goal, Some((8, 1)));
-            assert_eq!(row.ends, (true, false));
-        }
-    }
-}
-
-#[test]
-fn goals_come_from_the_same_episode_at_every_offset_of_the_ring() -> Result {
-    for capacity in [1, 7, 64, 65, 200] {
-        let mut buffer = buffer(capacity);
-        for episode in 0..90 {
-            add(&mut buffer, episode, 1 + episode * 7 % 11, (episode % 3 == 0, true));
-            for strategy in strategies() {
-                for row in draw(&buffer, &relabel_all(50, strategy), u64::from(episode)) {
-                    let (goal_episode, state) = row.new_goal.unwrap();
-                    assert_eq!(goal_episode, row.episode);
-                    assert!(state >= 1 && state <= 1 + row.episode * 7 % 11);
-                    let may_look_back = strategy == GoalStrategy::Episode;
-                    assert!(may_look_back || state > row.t);
-                    // The source is the transition that leads to the goal's state.
-                    assert_eq!(row.ahead, Some(i64::from(state) - 1 - i64::from(row.t)));
-                }
-            }
-        }
-    }
-    Ok(())
-}
 
 #[test]
 fn the_ratio_holds_for_batches_of_one() {
@@ -296,5 +193,29 @@ fn f32_goals_are_widened_for_the_reward() -> Result {
     plain.sample(&buffer, &DistanceReward::dense(), 0, &mut batch)?;
     assert_eq!(batch.reward(), [-0.4_f32]);
     assert_eq!(batch.desired_goal(), [0.7_f32]);
+    Ok(())
+}
+
+#[test]
+fn a_return_of_one_reward_keeps_its_bits() -> Result {
+    let mut buffer = buffer(10);
+    buffer.add_episode(&EpisodeData {
+        observation: &[0.0; 4],
+        achieved_goal: &[0.0; 6],
+        desired_goal: &[0.0; 3],
+        action: &[0.0],
+        reward: &[-0.0],
+        terminated: false,
+        truncated: true,
+        fields: &[],
+    })?;
+    let sampler = Sampler::new(9, GoalStrategy::Future, UnitInterval::ZERO);
+    let n_step = |steps| NStep::new(steps, UnitInterval::ONE);
+    let [one, nine] = [NonZeroUsize::MIN, NonZeroUsize::MIN.saturating_add(8)].map(n_step);
+    let mut batch = Batch::<f64>::new();
+    for sampler in [sampler, sampler.with_n_step(one), sampler.with_n_step(nine)] {
+        sampler.sample(&buffer, &Telling, 1, &mut batch)?;
+        assert!(batch.reward().iter().all(|reward| reward.to_bits() == (-0.0_f64).to_bits()));
+    }
     Ok(())
 }

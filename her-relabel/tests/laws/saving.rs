@@ -7,12 +7,11 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use crate::common::{DIMS, Result, Telling, add, begin, buffer, draw, relabel_all, rows, step};
+use crate::common::{DIMS, Result, add, begin, buffer, step};
 use her_relabel::{
-    Batch, BufferConfig, EpisodeData, GoalNoise, GoalStrategy, HerBuffer, LoadError, NStep,
-    NewPriority, Priorities, PriorityUnit, Sampler, StepData, UnitInterval,
+    BufferConfig, EpisodeData, GoalNoise, GoalStrategy, HerBuffer, LoadError, NStep, NewPriority,
+    Priorities, PriorityUnit, Sampler, StepData, UnitInterval,
 };
-use proptest::prelude::*;
 
 pub(crate) fn saved(buffer: &HerBuffer<f64>) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -24,100 +23,8 @@ pub(crate) fn load(bytes: &[u8]) -> Result<HerBuffer<f64>, LoadError> {
     HerBuffer::read_from(bytes)
 }
 
-/// Changes the buffer by event number `at`.
-fn happen(buffer: &mut HerBuffer<f64>, at: u32, (env, len, ends): (usize, u32, bool)) {
-    match len {
-        0..4 => add(buffer, at, len + 1, (ends, true)),
-        4 if at.is_multiple_of(7) => buffer.clear(),
-        4 => {
-            let ends = buffer.transition_ids().filter(|_| buffer.config().priorities().is_some());
-            if let Some((oldest, newest)) = ends {
-                let priorities = [f64::from(at % 3), f64::from(at) / 7.0];
-                buffer.set_priorities(&[oldest, newest], &priorities).unwrap();
-            }
-        }
-        _ => {
-            let t = match buffer.unfinished_steps(env).unwrap() {
-                Some(steps) => steps as u32,
-                None => {
-                    begin(buffer, env, env as u32 + 900).unwrap();
-                    0
-                }
-            };
-            // The kept part of a longer episode would not give its number of steps.
-            let ends = ends || t as usize + 1 == buffer.config().capacity();
-            step(buffer, env, env as u32 + 900, t, (false, ends)).unwrap();
-        }
-    }
-}
-
-fn assert_same(one: &HerBuffer<f64>, other: &HerBuffer<f64>) {
-    assert_eq!(one.config(), other.config());
-    assert_eq!(one.transition_ids(), other.transition_ids());
-    assert_eq!(one.num_episodes(), other.num_episodes());
-    let beta = one.config().priorities().map(|_| UnitInterval::ONE);
-    let sampler =
-        Sampler::new(200, GoalStrategy::Random, UnitInterval::from_k(1)).with_priorities(beta);
-    let mut batches = [Batch::<f64>::new(), Batch::<f64>::new()];
-    let [a, b] = [one, other].map(|buffer| {
-        let [batch, _] = &mut batches;
-        let drawn = sampler.sample(buffer, &Telling, 9, batch);
-        drawn.map(|()| batch.clone())
-    });
-    // Only the numbers of episodes without fields identify their place.
-    if let (Ok(batch), true) = (&a, one.config().fields().is_empty()) {
-        rows(batch);
-    }
-    assert_eq!(a, b);
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
-
-    #[test]
-    fn a_loaded_buffer_continues_like_the_saved_one(
-        capacity in prop_oneof![3_usize..12, 60_usize..70, Just(130)],
-        unit in prop_oneof![
-            Just(None),
-            Just(Some(PriorityUnit::Transition)),
-            Just(Some(PriorityUnit::Episode)),
-        ],
-        before in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
-        after in prop::collection::vec((0_usize..2, 0_u32..9, any::<bool>()), 0..90),
-    ) {
-        let config = BufferConfig::new(capacity, DIMS)
-            .with_num_envs(2)
-            .with_priorities(unit.map(Priorities::new));
-        let mut buffer = HerBuffer::<f64>::new(config).unwrap();
-        for (at, event) in before.into_iter().enumerate() {
-            happen(&mut buffer, at as u32, event);
-        }
-        let mut loaded = load(&saved(&buffer)).unwrap();
-        assert_same(&buffer, &loaded);
-        for (at, event) in after.into_iter().enumerate() {
-            happen(&mut buffer, at as u32, event);
-            happen(&mut loaded, at as u32, event);
-        }
-        assert_same(&buffer, &loaded);
-        prop_assert_eq!(saved(&buffer), saved(&loaded));
-    }
-}
-
 /// A buffer with everything: a ring that has wrapped, a field, priorities, and an unfinished
 /// episode.
-#[test]
-fn a_buffer_is_loaded_wherever_its_oldest_transition_is() -> Result {
-    const CAPACITY: usize = 100;
-    let mut buffer = buffer(CAPACITY);
-    let sampler = relabel_all(300, GoalStrategy::Episode);
-    for episode in 0..2 * CAPACITY as u32 {
-        add(&mut buffer, episode, 1, (false, true));
-        let loaded = load(&saved(&buffer))?;
-        assert_eq!(draw(&loaded, &sampler, 1), draw(&buffer, &sampler, 1), "{episode}");
-    }
-    Ok(())
-}
-
 pub(crate) fn small() -> HerBuffer<f64> {
     let config = BufferConfig::new(8, DIMS).with_field("value", 1).with_priorities(
         Priorities::new(PriorityUnit::Episode).with_new_priority(NewPriority::Given(0.5)),
@@ -204,11 +111,11 @@ fn saving_replaces_the_file_whole_or_not_at_all() -> Result {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("replay.her");
     small().save(&path)?;
-    assert_same(&HerBuffer::load(&path)?, &small());
+    assert!(saved(&HerBuffer::load(&path)?) == saved(&small()));
     let mut later = small();
     later.end_episode(0)?;
     later.save(&path)?;
-    assert_same(&HerBuffer::load(&path)?, &later);
+    assert!(saved(&HerBuffer::load(&path)?) == saved(&later));
     assert_eq!(fs::read_dir(directory.path())?.count(), 1, "nothing is left over");
     assert!(later.save(directory.path().join("missing").join("replay.her")).is_err());
     // A file cannot replace a directory: the last step fails, after everything was written.
@@ -288,7 +195,7 @@ fn a_crash_while_saving_leaves_a_whole_file() -> Result {
         child.wait()?;
         let loaded = HerBuffer::load(&path)?;
         let expected = if loaded.config().priorities().is_some() { small() } else { plain() };
-        assert_same(&loaded, &expected);
+        assert!(saved(&loaded) == saved(&expected));
     }
     Ok(())
 }

@@ -171,8 +171,10 @@ fn every_strategy_draws_its_goals_with_the_documented_shares() {
         GoalStrategy::Episode,
         GoalStrategy::Random,
         GoalStrategy::PastDesired,
+        gamma(0.0),
         gamma(0.6),
         gamma(0.98),
+        gamma(1.0),
     ] {
         assert_joint(&buffer, &relabel(strategy), EVENLY, &format!("{strategy:?}"));
     }

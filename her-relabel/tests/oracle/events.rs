@@ -12,7 +12,7 @@ pub(crate) enum Event {
     Discard(usize),
     /// A whole episode of this number of steps.
     Whole(usize, (bool, bool)),
-    /// A row of each environment: whether it is stepped, terminated, truncated, started.
+    /// The rows of some environments: whether each is stepped, terminated, truncated, started.
     Record([[bool; 4]; 3]),
     /// New priorities of some transitions.
     Prioritize(Vec<(prop::sample::Index, u8)>),
@@ -55,7 +55,7 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
 pub(crate) fn config() -> impl Strategy<Value = BufferConfig> {
     let dims = (1..4_usize, 1..5_usize, 1..4_usize);
     let capacity = prop_oneof![1..12_usize, 60..70_usize, Just(150)];
-    let fields = prop::collection::vec(1..4_usize, 0..3);
+    let fields = prop::collection::vec(1..4_usize, 0..4);
     let new = prop_oneof![Just(NewPriority::Highest), Just(NewPriority::Given(0.5))];
     let unit = prop_oneof![Just(PriorityUnit::Transition), Just(PriorityUnit::Episode)];
     let priorities =

@@ -2,8 +2,8 @@
 
 use her_relabel::rand_core::Rng;
 use her_relabel::{
-    AddError, BufferConfig, Dims, EpisodeData, FieldRows, HerBuffer, Scalar, StartData, StepData,
-    StepRows,
+    AddError, BufferConfig, Dims, EpisodeData, FieldRows, HerBuffer, Recorded, Scalar, StartData,
+    StepData, StepRows,
 };
 use proptest::sample::Index;
 use rand_chacha::ChaCha8Rng;
@@ -218,9 +218,11 @@ impl World {
         self.list.finish(Episode { terminated, truncated, ..episode });
     }
 
-    /// Records a row of each environment, the last environment first. What must not be read is NaN.
+    /// Records the rows of some environments, in any order. What must not be read is NaN.
     fn record<S: Scalar>(&mut self, buffer: &mut HerBuffer<S>, rows: &[[bool; 4]]) {
-        let env_ids: Vec<usize> = (0..rows.len()).rev().collect();
+        let mut env_ids: Vec<usize> = (0..rows.len()).collect();
+        env_ids.sort_by_cached_key(|_| self.rng.next_u32());
+        env_ids.truncate(1 + self.rng.next_u32() as usize % rows.len());
         let is_unbegun = |env: &usize| rows[*env][0] && !self.list.has_begun(*env);
         if let Some(env_index) = env_ids.iter().copied().find(is_unbegun) {
             let refused = self.record_rows(buffer, &env_ids, rows);
@@ -271,24 +273,34 @@ impl World {
             fields: &self.named(&fields),
             numbers: None,
         };
-        buffer.record(&columns)?.check().unwrap();
+        let recorded = buffer.record(&columns)?;
+        let mut expected = Recorded::default();
         for &env in env_ids {
             let ([stepped, terminated, truncated, started], (taken, next, start)) =
                 (rows[env], &lives[env]);
-            if stepped && self.list.under_way[env].is_some() {
+            let steps = |list: &List| list.under_way[env].as_ref().map(|e| e.steps.len());
+            let is_under_way = steps(&self.list).is_some();
+            if stepped && is_under_way {
                 self.step_in_list::<S>(env, taken, next);
+                expected.recorded_steps += 1;
                 if terminated || truncated {
                     self.list.end(env, terminated, truncated);
+                    expected.finished_episodes += 1;
                 }
-            } else if !stepped && truncated {
+            } else if stepped {
+                expected.skipped_steps += 1;
+            } else if truncated {
+                expected.discarded_episodes += usize::from(is_under_way);
                 self.list.under_way[env] = None;
                 self.list.discarded[env] = true;
             }
             if started {
+                expected.finished_episodes += usize::from(steps(&self.list) > Some(0));
                 self.list.end(env, false, true);
                 self.begin_in_list::<S>(env, start);
             }
         }
+        assert_eq!(recorded, expected);
         Ok(())
     }
 
