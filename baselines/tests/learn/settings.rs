@@ -135,50 +135,14 @@ fn presets_are_in_range() -> Result {
 }
 
 #[test]
-fn settings_out_of_range_are_named() {
+fn optional_settings_out_of_range_and_too_many_layers_are_named() {
     type Change = fn(&mut TrainSettings, &mut DdpgSettings);
-    let wrong: [(&str, Change); 41] = [
-        ("steps_per_cycle", |all, _| all.schedule.steps_per_cycle = 0),
-        ("updates_per_cycle", |all, _| all.schedule.updates_per_cycle = 0),
-        ("num_envs", |all, _| all.schedule.num_envs = 0),
-        ("num_envs", |all, _| all.schedule.num_envs = 1_000_000),
-        ("evaluation_episodes", |all, _| all.schedule.evaluation_episodes = usize::MAX),
+    // The laws above change numbers that are there.
+    let wrong: [(&str, Change); 4] = [
         ("evaluation_interval", |all, _| all.schedule.evaluation_interval = Some(0)),
-        ("batch_size", |all, _| all.replay.batch_size = 0),
-        ("batch_size", |all, _| all.replay.batch_size = usize::MAX),
-        ("keep_already_achieved", |all, _| all.replay.keep_already_achieved = 1.5),
-        ("future_k", |all, _| all.replay.future_k = f64::NAN),
-        ("past_goal_weight", |all, _| all.replay.past_goal_weight = -1.0),
-        ("mirrored", |all, _| all.replay.mirrored = 1.5),
-        ("goal_noise", |all, _| all.replay.goal_noise = f64::INFINITY),
-        ("goal_noise_share", |all, _| all.replay.goal_noise_share = -0.5),
-        ("distance_factor", |all, _| all.replay.distance_factor = 0.5),
-        ("n_step", |all, _| all.replay.n_step = 0),
-        ("n_step", |all, _| all.replay.n_step = 51),
         ("n_step_updates", |all, _| all.replay.n_step_updates = Some(u64::MAX)),
-        ("max_action_hold", |all, _| all.exploration.max_action_hold = 0),
-        ("max_random_start_steps", |all, _| all.exploration.max_random_start_steps = 1_001),
-        ("far_start_share", |all, _| all.exploration.far_start_share = 1.5),
-        ("noise_free_share", |all, _| all.exploration.noise_free_share = -0.5),
         ("halving_interval", |_, ddpg| ddpg.halving_interval = Some(0)),
-        ("halving_start", |_, ddpg| ddpg.halving_start = u64::MAX),
-        ("distance_factor", |all, _| all.replay.distance_factor = f64::NAN),
-        ("min_std", |all, _| all.inputs.min_std = 0.0),
-        ("random_action", |all, _| all.exploration.random_action = f64::NAN),
-        ("random_episode_share", |all, _| all.exploration.random_episode_share = 9.0),
-        ("hidden", |_, ddpg| ddpg.hidden = vec![32, 0]),
-        ("hidden", |_, ddpg| ddpg.hidden = vec![100_000; 2]),
         ("hidden", |_, ddpg| ddpg.hidden = vec![32; 5]),
-        ("last_layer_scale", |_, ddpg| ddpg.last_layer_scale = -1.0),
-        ("noise", |_, ddpg| ddpg.noise = f32::NAN),
-        ("average_fraction", |_, ddpg| ddpg.average_fraction = 0.0),
-        ("average_fraction", |_, ddpg| ddpg.average_fraction = 2.0),
-        ("action_l2", |_, ddpg| ddpg.action_l2 = -1.0),
-        ("value_weight", |_, ddpg| ddpg.value_weight = -1.0),
-        ("imitation_weight", |_, ddpg| ddpg.imitation_weight = -1.0),
-        ("advantage_factor", |_, ddpg| ddpg.advantage_factor = f32::NAN),
-        ("target_interval", |_, ddpg| ddpg.target_interval = 0),
-        ("actor_learning_rate", |_, ddpg| ddpg.actor_learning_rate = f32::INFINITY),
     ];
     for (setting, change) in wrong {
         let mut all = settings(ddpg());
