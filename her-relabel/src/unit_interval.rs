@@ -70,10 +70,7 @@ impl From<UnitInterval> for f64 {
 
 /// Error returned for a number outside of the unit interval.
 #[derive(Clone, Copy, PartialEq, Error)]
-#[error(
-    "{value:?} is not a number from 0 to 1: pass one (for k relabeled goals per original one, \
-     `UnitInterval::from_k`)"
-)]
+#[error("{value:?} is not a number from 0 to 1: pass one")]
 #[non_exhaustive]
 pub struct UnitIntervalError {
     /// The rejected number.

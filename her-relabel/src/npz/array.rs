@@ -185,11 +185,11 @@ pub enum NpzError {
     /// The archive cannot be read, or the file is not an archive.
     #[error(
         "the archive cannot be read ({0}): pass a file written by numpy.savez or \
-         HerBuffer::export_npz"
+         export_npz"
     )]
     Archive(#[from] io::Error),
     /// An array is missing.
-    #[error("there is no array `{array}`: write all arrays that HerBuffer::export_npz lists")]
+    #[error("there is no array `{array}`: write all arrays that export_npz lists")]
     Missing {
         /// The array.
         array: String,

@@ -11,6 +11,7 @@ use crate::store::priorities::{NewPriority, Priorities, is_priority};
 
 /// The lengths of a task's vectors, in elements; each at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Dims {
     /// The length of an observation (without the goals).
     pub observation: usize,
@@ -32,6 +33,7 @@ pub struct Dims {
 /// assert_eq!(config.num_envs(), 8);
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct BufferConfig {
     capacity: usize,
     dims: Dims,

@@ -11,6 +11,7 @@ pub(crate) const MAX_NAME: usize = 64;
 
 /// An additional vector of every transition, such as the log-probability of its action.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Field {
     /// Its unique name: up to 64 ASCII letters, digits and underscores.

@@ -16,9 +16,11 @@ use crate::unit_interval::UnitInterval;
 /// only on the seed and on the number of episodes that ended before, so a loaded buffer decides as
 /// the saved one would.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MotionlessEpisodes {
     max_distance: f64,
     kept: UnitInterval,
+    #[serde(default)]
     seed: u64,
 }
 

@@ -11,8 +11,10 @@ const MAX_PRIORITY: f64 = 1e200;
 ///
 /// Priorities take 9 to 18 bytes per transition, or per episode.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Priorities {
     unit: PriorityUnit,
+    #[serde(default = "NewPriority::of_paper")]
     new_priority: NewPriority,
 }
 
@@ -20,7 +22,7 @@ impl Priorities {
     /// Creates settings that give every `unit` a priority.
     #[must_use]
     pub const fn new(unit: PriorityUnit) -> Self {
-        Self { unit, new_priority: NewPriority::Highest }
+        Self { unit, new_priority: NewPriority::of_paper() }
     }
 
     settings! {
@@ -57,6 +59,13 @@ pub enum NewPriority {
     Highest,
     /// A fixed priority, from 0 to 1e200.
     Given(f64),
+}
+
+impl NewPriority {
+    /// The default.
+    const fn of_paper() -> Self {
+        Self::Highest
+    }
 }
 
 /// Error returned for priorities that cannot be set. The buffer is unchanged.

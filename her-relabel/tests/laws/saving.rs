@@ -9,9 +9,11 @@ use std::time::{Duration, SystemTime};
 
 use crate::common::{DIMS, Result, add, begin, buffer, step};
 use her_relabel::{
-    BufferConfig, EpisodeData, GoalNoise, GoalStrategy, HerBuffer, LoadError, NStep, NewPriority,
-    Priorities, PriorityUnit, Sampler, StepData, UnitInterval,
+    BufferConfig, EpisodeData, GoalNoise, GoalPart, GoalStrategy, HerBuffer, LoadError,
+    MotionlessEpisodes, NStep, NewPriority, Priorities, PriorityUnit, Sampler, StepData,
+    UnitInterval,
 };
+use serde::de::DeserializeOwned;
 
 pub(crate) fn saved(buffer: &HerBuffer<f64>) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -104,6 +106,22 @@ fn settings_keep_their_serialized_names() -> Result {
     assert_eq!(serde_json::from_str::<Sampler>(text)?, sampler);
     assert!(serde_json::from_str::<Sampler>(&text.replace("0.5", "1.5")).is_err());
     Ok(())
+}
+
+#[test]
+fn settings_with_a_wrong_name_are_refused() {
+    fn refuses<S: DeserializeOwned>(text: &str, name: &str) {
+        assert!(serde_json::from_str::<S>(text).is_ok(), "{text}");
+        let text = format!("{{\"{name}\":0,{}", &text[1..]);
+        assert!(serde_json::from_str::<S>(&text).is_err(), "{text}");
+    }
+    refuses::<NStep>(r#"{"steps":2,"gamma":0.5}"#, "gama");
+    refuses::<GoalNoise>(r#"{"radius":0.5,"share":0.5}"#, "part");
+    refuses::<GoalPart>(r#"{"strategy":"future","weight":1}"#, "wight");
+    refuses::<Priorities>(r#"{"unit":"episode"}"#, "new");
+    refuses::<MotionlessEpisodes>(r#"{"max_distance":0.01,"kept":0.1}"#, "keep");
+    let geometric = r#"{"geometric":{"gamma":0.5,"steps":2}}"#;
+    assert!(serde_json::from_str::<GoalStrategy>(geometric).is_err());
 }
 
 #[test]

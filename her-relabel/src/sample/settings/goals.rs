@@ -21,7 +21,7 @@ const MAX_PARTS: usize = 6;
 /// Source: Andrychowicz et al., *Hindsight Experience Replay*, 2017, section 4.5, for the first
 /// four.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum GoalStrategy {
     /// A goal achieved in a state from `t + 1` to `T`, which includes the transition's own next
@@ -125,6 +125,7 @@ pub struct GoalMixture {
 
 /// A strategy and its weight in a [`GoalMixture`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[must_use]
 pub struct GoalPart {
     strategy: GoalStrategy,

@@ -8,6 +8,7 @@ use crate::unit_interval::UnitInterval;
 
 /// Settings of windows of several steps, for n-step returns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[must_use]
 pub struct NStep {
     steps: NonZeroUsize,

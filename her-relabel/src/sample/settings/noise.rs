@@ -22,6 +22,7 @@ use crate::unit_interval::UnitInterval;
 ///
 /// Source: Lin et al., *Invariant transform experience replay*, 2019, which also mirrors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[must_use]
 pub struct GoalNoise {
     radius: f64,

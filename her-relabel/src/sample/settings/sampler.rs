@@ -55,6 +55,7 @@ use crate::unit_interval::UnitInterval;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sampler {
     batch_size: usize,
     goals: GoalMixture,
