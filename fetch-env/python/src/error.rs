@@ -3,6 +3,7 @@
 use std::{fmt::Display, io, iter::successors, path::Path};
 
 use fetch_env::{EnvError, MakeError, RenderError, SimError, vec_env::VecEnvError};
+use her_relabel::{AddError, PriorityError, RefusedRow, SampleError};
 use pyo3::{
     create_exception,
     exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyValueError},
@@ -13,6 +14,10 @@ use pyo3::{
 
 /// What prevents errors of forked processes.
 const SPAWN: &str = "start processes with context=\"spawn\", which AsyncVectorEnv also takes";
+
+/// The remedy of a buffer without priorities.
+const NO_PRIORITIES: &str = "the buffer has no priorities: make it with \
+                             HerBuffer(..., priorities={\"unit\": \"transition\"})";
 
 create_exception!(
     fetch_env,
@@ -256,5 +261,42 @@ impl From<RenderError> for Error {
 impl From<serde_json::Error> for Error {
     fn from(error: serde_json::Error) -> Self {
         Self::value(format!("this is not a state of an environment: {error}"))
+    }
+}
+
+impl From<AddError> for Error {
+    fn from(error: AddError) -> Self {
+        match error {
+            AddError::UnknownField(error) => Self::value(format!(
+                "there is no field {:?} among [{}]: name all fields in HerBuffer(..., fields=...)",
+                error.name,
+                error.known.join(", ")
+            )),
+            error => Self::value(error),
+        }
+    }
+}
+
+impl From<RefusedRow> for Error {
+    fn from(error: RefusedRow) -> Self {
+        Self::value(error)
+    }
+}
+
+impl From<PriorityError> for Error {
+    fn from(error: PriorityError) -> Self {
+        match error {
+            PriorityError::NoPriorities => Self::value(NO_PRIORITIES),
+            error => Self::value(error),
+        }
+    }
+}
+
+impl From<SampleError> for Error {
+    fn from(error: SampleError) -> Self {
+        match error {
+            SampleError::NoPriorities => Self::value(NO_PRIORITIES),
+            error => Self::value(error),
+        }
     }
 }

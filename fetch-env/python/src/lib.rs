@@ -2,7 +2,6 @@
 //! arrays. What Python users see is in the package's Python files.
 
 mod arrays;
-mod batch;
 mod config;
 mod datasets;
 mod env;
@@ -12,12 +11,10 @@ mod her;
 mod integer;
 mod learn;
 mod model;
-mod own_reward;
 mod pictures;
 mod policy;
 mod reset;
 mod signals;
-mod steps;
 mod variation;
 mod vec_env;
 mod warnings;

@@ -256,7 +256,7 @@ def test_a_file_that_does_not_say_what_it_holds_is_read_with_a_warning(tmp_path)
         other.load(tmp_path / "plain")
     assert draws_with(other, 1) == draws_with(buffer, 1)
     state = {**buffer.__getstate__(), "_native": (1000, 1, (tmp_path / "plain").read_bytes())}
-    for name in ("_seeds", "_reward", "_episode_len"):
+    for name in ("_seeds", "_reward", "_terminated", "_settings", "_episode_len"):
         del state[name]
     other = fetch_env.HerBuffer.__new__(fetch_env.HerBuffer)
     other.__setstate__(state)

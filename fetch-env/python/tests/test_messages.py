@@ -9,6 +9,7 @@ import sys
 import fetch_env
 import numpy as np
 import pytest
+from buffers import Stored
 
 VALUES = (None, -1, 0, 10**30, 1.5, 1e300, float("nan"), "up", b"x", [], [1, 2], {}, np.zeros(3))
 #: Words of Rust, names inside the package, and numbers with all their digits.
@@ -62,8 +63,6 @@ def wrong_calls(value):
     yield lambda: buffer.begin_episode(value)
     yield lambda: buffer.add_step(np.zeros(4), value, **step)
     yield lambda: buffer.unfinished_steps(env_index=value)
-    for name in ("batch_size", "strategy", "k", "seed"):
-        yield lambda name=name: buffer.sample(**{"batch_size": 2, name: value})
     yield lambda: fetch_env.Policy.shipped(value)
     yield lambda: policy(value)
     for name in ("policy", "episodes", "seed", "num_threads"):
@@ -77,9 +76,38 @@ def wrong_calls(value):
         yield lambda arguments=arguments: fetch_env.write_dataset(**arguments)
 
 
+def wrong_draws(value):
+    """Return calls that take a value as a setting of a buffer or a draw, most of them wrongly."""
+    env = fetch_env.FetchEnv("FetchPush-v4")
+    settings = {"fields": {"value": 1}, "priorities": {"unit": "episode"}}
+    buffer = Stored(env).buffer(**settings)
+    envs = fetch_env.FetchVectorEnv("FetchPush-v4", 1)
+    envs.reset()
+    for name in ("batch_size", "strategy", "k", "seed", *fetch_env.Sampling.__annotations__):
+        yield lambda name=name: buffer.sample(**{"batch_size": 2, name: value})
+        yield lambda name=name: buffer.sample(**{"batch_size": 2, name: {name: value}})
+    for name in ("n_step", "goal_noise"):
+        for key in ("steps", "gamma", "radius", "share"):
+            yield lambda name=name, key=key: buffer.sample(2, **{name: {key: value}})
+    yield lambda: buffer.sample(2, goals=[{"strategy": value, "weight": value}])
+    yield lambda: buffer.sample(2, strategy={"geometric": value})
+    yield lambda: buffer.sample(2, strategy={"future": value})
+    for name in ("reward", "terminated", "fields", "priorities", "motionless_episodes"):
+        for each in (value, {"unit": value}, {"unit": "episode", "new_priority": value}):
+            yield lambda name=name, each=each: fetch_env.HerBuffer(env, 100, **{name: each})
+    yield lambda: buffer.set_priorities(value, [1.0])
+    yield lambda: buffer.set_priorities([1], value)
+    yield lambda: buffer.priority(value)
+    yield lambda: buffer.append(value)
+    yield lambda: buffer.record(envs, fields=value)
+    for name in ("load", "import_npz", "import_minari", "import_ogbench"):
+        yield lambda name=name: getattr(buffer, name)(value)
+
+
+@pytest.mark.parametrize("calls", [wrong_calls, wrong_draws])
 @pytest.mark.parametrize("value", VALUES, ids=repr)
-def test_wrong_calls_speak_of_what_was_passed(value):
-    messages = [message for call in wrong_calls(value) if (message := message_of(call)) is not None]
+def test_wrong_calls_speak_of_what_was_passed(value, calls):
+    messages = [message for call in calls(value) if (message := message_of(call)) is not None]
     assert len(messages) > 15
     for message in messages:
         assert message

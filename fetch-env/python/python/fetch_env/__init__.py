@@ -27,6 +27,7 @@ from .her import HerBuffer
 from .learn import CurveRow, Training, evaluate, train
 from .model import download_reference_model, has_reference_model, library_path
 from .policy import Policy
+from .sampling import Sampling
 from .settings import Settings
 from .vector import FetchVectorEnv
 
@@ -39,6 +40,7 @@ __all__ = [
     "MujocoError",
     "MujocoWarning",
     "Policy",
+    "Sampling",
     "Settings",
     "SimulationError",
     "Training",

@@ -1,6 +1,7 @@
 # The compiled part of the package; see the classes that use it.
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self, Unpack
 
 from .env import Observation
-from .rewards import Reward
+from .rewards import Reward, Terminated
 from .settings import Settings
 
 REFERENCE_VERSION: str
@@ -126,7 +127,7 @@ class Buffer:
     num_episodes: int
     capacity: int
     num_envs: int
-
+    transition_ids: tuple[int, int] | None
     task: str
 
     def __new__(
@@ -136,10 +137,11 @@ class Buffer:
         num_envs: int,
         episode_len: int | None = None,
         has_own_reward: bool = False,
+        settings: str = "{}",
     ) -> Self: ...
     def __len__(self) -> int: ...
     def check_kind(self, config: Config) -> None: ...
-    def record(self, envs: VecEnv) -> None: ...
+    def record(self, envs: VecEnv, fields: Mapping[str, ArrayLike] | None = None) -> None: ...
     def resume(self, envs: VecEnv) -> None: ...
     def add_episode(
         self,
@@ -150,6 +152,7 @@ class Buffer:
         reward: ArrayLike,
         terminated: bool,
         truncated: bool,
+        fields: Mapping[str, ArrayLike] | None = None,
     ) -> None: ...
     def begin_episode(
         self,
@@ -168,6 +171,7 @@ class Buffer:
         reward: float,
         terminated: bool,
         truncated: bool,
+        fields: Mapping[str, ArrayLike] | None = None,
     ) -> None: ...
     def add_steps(
         self,
@@ -191,13 +195,24 @@ class Buffer:
         strategy: str,
         ratio: float,
         seed: int,
+        settings: str = "{}",
         reward: Reward | None = None,
+        terminated: Terminated | None = None,
     ) -> dict[str, NDArray[Any]]: ...
+    @staticmethod
+    def check_sampling(settings: str) -> None: ...
+    def set_priorities(self, transitions: ArrayLike, priorities: ArrayLike) -> None: ...
+    def priority(self, transition: int) -> float | None: ...
     def clear(self) -> None: ...
     def save(self, path: str | os.PathLike[str]) -> None: ...
     def load(self, path: str | os.PathLike[str]) -> bool: ...
     def to_bytes(self) -> bytes: ...
     def set_bytes(self, contents: bytes) -> bool: ...
+    def append(self, other: Buffer) -> None: ...
+    def export_npz(self, path: str | os.PathLike[str]) -> None: ...
+    def import_npz(self, path: str | os.PathLike[str]) -> int: ...
+    def import_minari(self, folder: str | os.PathLike[str]) -> int: ...
+    def import_ogbench(self, path: str | os.PathLike[str], reward: Reward | None = None) -> int: ...
 
 class Policy:
     def __new__(cls, contents: bytes) -> Self: ...

@@ -3,31 +3,35 @@
 from __future__ import annotations
 
 import math
-import os
 import warnings
 import weakref
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
-import numpy as np
 
 from . import _native
-from .recorded import recorded_vector
-from .rewards import GoalRewards, episode_len, own_rewards, refuse_own_rewards
-from .spaces import parts
+from .adding import Adding
+from .rewards import GoalRewards, check_function, episode_len, own_rewards, refuse_own_rewards
+from .sampling import all_to_json, fields_of, to_json
+from .seeds import Seeds
 
 if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping
+
     from gymnasium.vector import VectorEnv
     from numpy.typing import ArrayLike, NDArray
+    from typing_extensions import Unpack
 
-    from .env import Observation
-    from .rewards import Reward
+    from .rewards import Reward, Terminated
+    from .sampling import GoalStrategy, MotionlessEpisodes, Priorities, Sampling
     from .settings import ConfigArguments
 
-GoalStrategy: TypeAlias = Literal["future", "final", "episode", "random"]
+#: The ``k`` of the paper.
+K = 4.0
 
 
-class HerBuffer:
+class HerBuffer(Adding):
     """A replay buffer that draws transitions with goals that were achieved later (hindsight).
 
     It stores ``float32``, and draws many times as fast as a buffer in Python. It records what each
@@ -54,27 +58,40 @@ class HerBuffer:
         capacity: Number of transitions; the oldest episodes make room for new ones.
         reward: A function of achieved goals and desired goals, ``float32`` arrays of shape (N, 3),
             and infos, a list of N empty dictionaries, that returns the N rewards of a whole batch.
+        terminated: A function of the same arguments that returns whether each of N steps ends the
+            task, for the setting ``termination`` of :meth:`sample`. By default none does.
+        fields: Lengths of additional vectors of every transition, by name, such as
+            ``{"log_prob": 1}``.
+        priorities: Settings of priorities to draw by, such as ``{"unit": "transition"}``.
+        motionless_episodes: Keeps only a share of the episodes in which the achieved goal hardly
+            moves, such as ``{"max_distance": 0.01, "kept": 0.1}`` (a bias). By default all are.
         seed: Fixes the sequence of batches that :meth:`sample` draws without a seed. By default it
             comes from the system.
 
     Raises:
         ValueError: If the environment, a wrapper or a subclass has rewards of its own and
-            ``reward`` is not given, or an episode is longer than the capacity.
+            ``reward`` is not given, an episode is longer than the capacity, or a setting is wrong.
     """
 
     # What pickles without them had.
     _reward: Reward | None = None
+    _terminated: Terminated | None = None
+    _settings: str = "{}"
     _episode_len: int | None = None
     # What copies and pickles lack: the environment, and its settings when they were compared.
     _env: weakref.ref[GoalRewards] | None = None
     _known: _native.Config | None = None
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self,
         env: gymnasium.Env[Any, Any] | VectorEnv[Any, Any, Any],
         capacity: int,
         *,
         reward: Reward | None = None,
+        terminated: Terminated | None = None,
+        fields: Mapping[str, int] | None = None,
+        priorities: Priorities | None = None,
+        motionless_episodes: MotionlessEpisodes | None = None,
         seed: int | None = None,
     ) -> None:
         """Create an empty buffer; see the class."""
@@ -85,12 +102,15 @@ class HerBuffer:
             raise TypeError(message)
         if reward is None:
             refuse_own_rewards(own_rewards(env))
-        elif not callable(reward):
-            message = f"reward is {reward!r}: pass a function"
-            raise TypeError(message)
+        check_function("reward", reward)
+        check_function("terminated", terminated)
         self._make: ConfigArguments = inner.config_arguments()
         self._episode_len = episode_len(env)
         self._reward = reward
+        self._terminated = terminated
+        chosen = {"priorities": priorities, "motionless_episodes": motionless_episodes}
+        fields = {} if fields is None else fields
+        self._settings = all_to_json(fields=fields_of(fields), **chosen)
         self._seeds = Seeds(seed)
         num_envs = 1 if isinstance(env, gymnasium.Env) else env.num_envs
         self._native = self._empty(capacity, num_envs)
@@ -106,7 +126,9 @@ class HerBuffer:
 
     def _empty(self, capacity: int, num_envs: int) -> _native.Buffer:
         config, has_own_reward = _native.Config(**self._make), self._reward is not None
-        return _native.Buffer(config, capacity, num_envs, self._episode_len, has_own_reward)
+        return _native.Buffer(
+            config, capacity, num_envs, self._episode_len, has_own_reward, self._settings
+        )
 
     def __len__(self) -> int:
         """Return the number of transitions of finished episodes."""
@@ -122,154 +144,97 @@ class HerBuffer:
         """Largest number of transitions."""
         return self._native.capacity
 
-    def record(self, envs: VectorEnv[Any, Any, Any]) -> None:
-        """Store what a vector's last ``reset``, ``step``, ``step_wait`` or ``set_state`` returned.
+    @property
+    def transition_ids(self) -> tuple[int, int] | None:
+        """Numbers of the oldest and the newest transition that can be drawn, if there is any.
 
-        Call it after each of them, including the first reset. It works in every autoreset mode.
-        Steps before a reset need not be recorded: the episode before ends with the steps it has.
-
-        Args:
-            envs: A :class:`fetch_env.FetchVectorEnv`. Wrappers of Gymnasium that only look may be
-                around it: ``RecordEpisodeStatistics``, ``RecordVideo``, ``HumanRendering`` and
-                ``DictInfoToList``.
-
-        Raises:
-            ValueError: If the environments have transitions of another kind (see the class), if
-                this was recorded before, if results before it were not recorded, or if
-                it belongs to another episode than the one under way: that of other environments, of
-                a copy, or one that was loaded or begun by hand. Nothing is stored then; go on with
-                :meth:`resume`, or with a reset that is recorded.
-            TypeError: If a wrapper may change what the vector takes and returns, or a vector is
-                another one, such as Gymnasium's ``SyncVectorEnv``.
+        All between them can be drawn, too. Numbers rise, and those of an episode are consecutive.
         """
-        self._native.record(recorded_vector(envs)._native)  # noqa: SLF001
-
-    def resume(self, envs: VectorEnv[Any, Any, Any]) -> None:
-        """Go on recording from the states in which a vector is, in the middle of episodes as well.
-
-        Call it in place of :meth:`record` where that raises an error, after :meth:`load`, and for a
-        vector that was copied or whose state was set. Where an episode under way is in the state
-        that the vector shows, it goes on; any other ends with the steps it has, and one begins in
-        this state.
-        """
-        self._native.resume(recorded_vector(envs)._native)  # noqa: SLF001
-
-    def begin_episode(self, observation: Observation, *, env_index: int = 0) -> None:
-        """Begin an episode of one environment with its first observation.
-
-        Raises:
-            ValueError: If an episode is under way, a number is not finite, or the environment with
-                which the buffer was made has another reward by now.
-        """
-        self._check_env()
-        self._native.begin_episode(
-            env_index,
-            *parts(observation),
-        )
-
-    def add_step(  # noqa: PLR0913
-        self,
-        action: ArrayLike,
-        observation: Observation,
-        reward: float,
-        *,
-        terminated: bool,
-        truncated: bool,
-        env_index: int = 0,
-    ) -> None:
-        """Add what a step of one environment returned to the episode that was begun.
-
-        The episode is stored when it ends: by its last step, or by :meth:`end_episode`.
-
-        Raises:
-            ValueError: If no episode is under way, a number is not finite, the observation has
-                another goal than the one with which the episode began, or the environment with
-                which the buffer was made has another reward by now.
-        """
-        self._check_env()
-        observed, achieved_goal, desired_goal = parts(observation)
-        self._native.add_step(
-            env_index,
-            action,
-            observed,
-            achieved_goal,
-            desired_goal,
-            reward,
-            terminated,
-            truncated,
-        )
-
-    def end_episode(self, *, env_index: int = 0) -> None:
-        """End the episode that is under way, as if it were truncated."""
-        self._native.end_episode(env_index)
-
-    def discard_episode(self, *, env_index: int = 0) -> None:
-        """Forget the episode that is under way."""
-        self._native.discard_episode(env_index)
-
-    def unfinished_steps(self, *, env_index: int = 0) -> int | None:
-        """Return the number of steps of the episode under way; ``None`` if there is none."""
-        return self._native.unfinished_steps(env_index)
-
-    def add_episode(  # noqa: PLR0913
-        self,
-        *,
-        observation: ArrayLike,
-        achieved_goal: ArrayLike,
-        desired_goal: ArrayLike,
-        action: ArrayLike,
-        reward: ArrayLike,
-        terminated: bool = False,
-        truncated: bool = True,
-    ) -> None:
-        """Add a whole episode of T steps.
-
-        Args:
-            observation: Of shape (T + 1, 10 or 25).
-            achieved_goal: Of shape (T + 1, 3), in meters.
-            desired_goal: Of shape (3,), in meters.
-            action: Of shape (T, 4).
-            reward: Of shape (T,).
-            terminated: Whether the last step ended the task.
-            truncated: Whether the last step cut the episode off.
-        """
-        self._native.add_episode(
-            observation, achieved_goal, desired_goal, action, reward, terminated, truncated
-        )
+        return self._native.transition_ids
 
     def sample(
         self,
         batch_size: int,
         *,
         strategy: GoalStrategy = "future",
-        k: float = 4.0,
+        k: float = K,
         seed: int | None = None,
+        **settings: Unpack[Sampling],
     ) -> dict[str, NDArray[Any]]:
         """Draw a batch.
 
         Args:
             batch_size: Number of transitions.
             strategy: Where the new goals come from: from later in the episode, its end, anywhere in
-                it, or any episode.
+                it, any episode, the goals that episodes pursued (``"past_desired"``), or soon after
+                the step (``{"geometric": {"gamma": 0.9}}``).
             k: Ratio of relabelled to original transitions: on average, ``k`` of every ``k + 1`` get
                 a new goal.
             seed: Draws the same batch from the same contents. Without a seed, each call draws anew,
                 from the buffer's own sequence: that of its ``seed``, or one that no other buffer
                 has. A copy continues the sequence. In a forked process the sequence starts anew,
                 unless the buffer was made with a seed.
+            **settings: See :class:`fetch_env.Sampling`.
 
         Returns:
             New arrays with a row for each transition, which ``torch.from_numpy`` takes without a
             copy: ``observation``, ``achieved_goal``, ``desired_goal``, ``action``,
             ``next_observation``, ``next_achieved_goal`` and ``reward`` of ``float32``;
-            ``terminated``, ``truncated`` and ``relabeled`` (whether the goal is new) of ``bool``.
+            ``terminated``, ``truncated`` and ``relabeled`` (whether the goal is new) of ``bool``;
+            ``transition``, the numbers of the transitions, and ``goal_source``, those of the
+            transitions that achieved the new goals (0 without one), of ``int64``; ``fields_NAME``
+            for each field; and those that a setting adds.
+
+        Raises:
+            ValueError: If a setting is wrong, or no episode has ended yet.
         """
         if not 0.0 <= k < math.inf:
             message = f"k is {k}: pass a number from 0 on"
             raise ValueError(message)
         if seed is None:
             seed = self._seeds.draw()
-        return self._native.sample(batch_size, strategy, k / (k + 1.0), seed, self._reward)
+        if "goals" in settings and strategy != "future":
+            message = "pass either strategy or goals, a mixture of strategies"
+            raise ValueError(message)
+        if "ratio" in settings and k != K:
+            message = "pass either k or ratio, which is k / (k + 1)"
+            raise ValueError(message)
+        return self._native.sample(
+            batch_size,
+            to_json("strategy", strategy),
+            k / (k + 1.0),
+            seed,
+            all_to_json(**settings),
+            self._reward,
+            self._terminated,
+        )
+
+    def set_priorities(self, transitions: ArrayLike, priorities: ArrayLike) -> None:
+        """Set the priorities of transitions, or of their episodes.
+
+        A priority is itself the weight of a draw: for prioritized replay, pass
+        ``(abs(td_error) + epsilon) ** alpha``. Transitions that were overwritten are left out.
+
+        Args:
+            transitions: Numbers of shape (N,): ``transition`` of a batch.
+            priorities: Numbers of shape (N,), from 0 to 1e200.
+        """
+        self._native.set_priorities(transitions, priorities)
+
+    def priority(self, transition: int) -> float | None:
+        """Return the priority of a transition, or of its episode; ``None`` if it has none."""
+        return self._native.priority(transition)
+
+    def append(self, other: HerBuffer) -> None:
+        """Add copies of all finished episodes of another buffer.
+
+        Raises:
+            ValueError: If it has transitions of another kind, or other fields.
+        """
+        if not isinstance(other, HerBuffer):
+            message = f"other is {type(other).__name__}: pass a fetch_env.HerBuffer"
+            raise TypeError(message)
+        self._native.append(other._native)
 
     def clear(self) -> None:
         """Remove all transitions."""
@@ -294,6 +259,49 @@ class HerBuffer:
             message = f"{path} does not say what it holds: make sure that it is {self._native.task}"
             warnings.warn(message, stacklevel=2)
 
+    def export_npz(self, path: str | os.PathLike[str]) -> None:
+        """Write all finished episodes as an archive of arrays that ``numpy.load`` reads.
+
+        For E episodes of N transitions in total: ``episode_lengths`` (E,), ``observations`` and
+        ``achieved_goals`` (N + E, length), ``desired_goals`` (E, 3), ``actions`` (N, 4),
+        ``rewards`` (N,), ``terminated`` and ``truncated`` (E,), and ``fields_NAME`` (N, length).
+        """
+        self._native.export_npz(path)
+
+    def import_npz(self, path: str | os.PathLike[str]) -> int:
+        """Add all episodes of an archive in the form of :meth:`export_npz`.
+
+        Returns:
+            Their number.
+        """
+        return self._native.import_npz(path)
+
+    def import_minari(self, folder: str | os.PathLike[str]) -> int:
+        """Add all episodes of a Minari data set in Arrow format to a buffer without fields.
+
+        Rewards are those of the data set. An episode becomes several if its goal changes.
+
+        Args:
+            folder: The one of the data set, as :func:`fetch_env.write_dataset` writes it.
+
+        Returns:
+            Their number.
+        """
+        return self._native.import_minari(folder)
+
+    def import_ogbench(self, path: str | os.PathLike[str]) -> int:
+        """Add all trajectories of a data set for OGBench to a buffer without fields.
+
+        Rewards are those of the buffer: of the environment's settings, or of ``reward``.
+
+        Args:
+            path: The archive, as :func:`fetch_env.write_dataset` writes it.
+
+        Returns:
+            Their number.
+        """
+        return self._native.import_ogbench(path, self._reward)
+
     def __getstate__(self) -> dict[str, Any]:
         """Return what pickling and copying keep: all episodes, those under way included."""
         state = self.__dict__.copy()
@@ -308,30 +316,3 @@ class HerBuffer:
         self.__dict__.update({"_env": None, "_known": None, "_seeds": Seeds(None), **state})
         self._native = self._empty(capacity, num_envs)
         self._native.set_bytes(contents)
-
-
-class Seeds:
-    """A sequence of seeds, which copies continue."""
-
-    def __init__(self, seed: int | None) -> None:
-        """Begin it with a seed, or anywhere."""
-        self._is_fixed = seed is not None
-        self._generator = np.random.default_rng(seed)
-        self._process = os.getpid()
-
-    def draw(self) -> int:
-        """Return the next seed."""
-        if self._process != os.getpid():
-            # Parent and child must not draw the same batches by accident.
-            fresh = self._generator if self._is_fixed else np.random.default_rng()
-            self._generator, self._process = fresh, os.getpid()
-        return int(self._generator.integers(2**63))
-
-    def __getstate__(self) -> tuple[bool, np.random.Generator]:
-        """Return what copying keeps."""
-        return self._is_fixed, self._generator
-
-    def __setstate__(self, state: tuple[bool, np.random.Generator]) -> None:
-        """Continue the sequence in this process."""
-        self._is_fixed, self._generator = state
-        self._process = os.getpid()

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 #: (N, 3), and a list of N empty dictionaries. Returns N rewards.
 Reward: TypeAlias = "Callable[[Any, Any, Any], ArrayLike]"
 
+#: The same, but returns whether each of the N steps ends the task.
+Terminated: TypeAlias = Reward
+
 #: The attribute of Gymnasium's ``TimeLimit``, and of vectors.
 TIME_LIMIT = "_max_episode_steps"
 
@@ -65,6 +68,13 @@ def layers(env: Any) -> Iterator[Any]:
         yield env
         env = env.env
     yield env
+
+
+def check_function(name: str, function: object) -> None:
+    """Raise an error if an argument is given that is not a function."""
+    if function is not None and not callable(function):
+        message = f"{name} is {type(function).__name__}: pass a function"
+        raise TypeError(message)
 
 
 def refuse_own_rewards(name: str | None) -> None:

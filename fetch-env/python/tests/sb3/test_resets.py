@@ -138,7 +138,7 @@ def stored(buffer, happened, tolerance=0.0):
     for env_index in range(NUM_ENVS):
         if buffer._native.unfinished_steps(env_index) is not None:  # noqa: SLF001
             buffer._native.end_episode(env_index)  # noqa: SLF001
-    batch = buffer._native.sample(50 * buffer.size(), "future", 0.0, 1)  # noqa: SLF001
+    batch = buffer._native.sample(50 * buffer.size(), '"future"', 0.0, 1)  # noqa: SLF001
     rows = np.concatenate([batch[part] for part in PARTS], axis=1)
     ends = np.concatenate([batch["next_" + part] for part in PARTS[:2]], axis=1)
     seen = set()

@@ -15,17 +15,28 @@ from stable_baselines3.her import HerReplayBuffer as TheirHerReplayBuffer
 
 from fetch_env import _native
 from fetch_env.numbering import KEY, begins_at, next_of
-from fetch_env.rewards import TIME_LIMIT, ChangesRewards, refuse_own_rewards
+from fetch_env.rewards import TIME_LIMIT, ChangesRewards, check_function, refuse_own_rewards
+from fetch_env.sampling import all_to_json, to_json
 
 if TYPE_CHECKING:
     import torch
     from gymnasium import spaces
     from numpy.typing import NDArray
     from stable_baselines3.common.vec_env import VecEnv
+    from typing_extensions import Unpack
 
     from fetch_env.env import Observation
     from fetch_env.numbering import Next, StepNumber
-    from fetch_env.rewards import Reward
+    from fetch_env.rewards import Reward, Terminated
+    from fetch_env.sampling import Sampling
+
+#: Settings of a draw that Stable-Baselines3 has no place for, and what to do.
+REFUSED = {
+    "ratio": "pass n_sampled_goal",
+    "success": "compute the distance of the goals",
+    "priorities": "use fetch_env.HerBuffer with a learner that weighs its losses",
+    "joined_goal": "use MultiInputPolicy, which joins the parts of observations",
+}
 
 
 class HerReplayBuffer(TheirHerReplayBuffer):
@@ -39,7 +50,9 @@ class HerReplayBuffer(TheirHerReplayBuffer):
     Relabelled transitions get the rewards of the environment's settings, or those of ``reward`` in
     ``replay_buffer_kwargs``: a function of achieved goals and desired goals, ``float32`` arrays of
     shape (N, 3), and infos, a list of N empty dictionaries, that returns the N rewards of a whole
-    batch. The others keep their own.
+    batch. The others keep their own. ``terminated``, and settings of :class:`fetch_env.Sampling`,
+    go there, too, except those of which an error says what else to do; ``n_step`` needs
+    Stable-Baselines3 2.7 or later.
 
     Where an environment is used otherwise, an episode ends with the steps it has: when ``learn`` is
     called again, after ``set_env`` and ``evaluate_policy``, and after a reset or a step of your
@@ -56,6 +69,8 @@ class HerReplayBuffer(TheirHerReplayBuffer):
 
     # What pickles without them had.
     _reward: Reward | None = None
+    _terminated: Terminated | None = None
+    _sampling: str = "{}"
     _episode_len: int | None = None
 
     def __init__(  # noqa: PLR0913, PLR0917
@@ -72,6 +87,8 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         goal_selection_strategy: GoalSelectionStrategy | str = "future",
         copy_info_dict: bool = False,  # noqa: FBT001, FBT002
         reward: Reward | None = None,
+        terminated: Terminated | None = None,
+        **settings: Unpack[Sampling],
     ) -> None:
         """Create an empty buffer; see the class."""
         del optimize_memory_usage
@@ -89,7 +106,13 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         if not isinstance(goal_selection_strategy, str):
             goal_selection_strategy = goal_selection_strategy.name
         self._strategy = goal_selection_strategy.lower()
-        self._reward = reward
+        for name, instead in REFUSED.items():
+            if name in settings:
+                message = f"Stable-Baselines3 has no place for {name}: {instead}"
+                raise ValueError(message)
+        self._sampling = all_to_json(**settings)
+        _native.Buffer.check_sampling(self._sampling)
+        self._reward, self._terminated = reward, terminated
         if not env.has_attr("config_arguments"):
             message = "the environments are not FetchEnv: use Stable-Baselines3's HerReplayBuffer"
             raise TypeError(message)
@@ -98,9 +121,8 @@ class HerReplayBuffer(TheirHerReplayBuffer):
                 refuse_own_rewards("a wrapper")
             for name in env.env_method("own_rewards"):
                 refuse_own_rewards(name)
-        elif not callable(reward):
-            message = f"reward is {reward!r}: pass a function"
-            raise TypeError(message)
+        check_function("reward", reward)
+        check_function("terminated", terminated)
         self._make = env.env_method("config_arguments", indices=[0])[0]
         self._episode_len = max(env.get_attr(TIME_LIMIT)) if env.has_attr(TIME_LIMIT) else None
         self._native = self._empty()
@@ -211,7 +233,15 @@ class HerReplayBuffer(TheirHerReplayBuffer):
             )
             raise ValueError(message)
         seed = int(np.random.randint(2**63))  # noqa: NPY002
-        batch = self._native.sample(batch_size, self._strategy, self.her_ratio, seed, self._reward)
+        batch = self._native.sample(
+            batch_size,
+            to_json("goal_selection_strategy", self._strategy),
+            self.her_ratio,
+            seed,
+            self._sampling,
+            self._reward,
+            self._terminated,
+        )
         goal = batch["desired_goal"]
         now = {part: batch[part] for part in ("achieved_goal", "observation")}
         after = {part: batch[f"next_{part}"] for part in ("achieved_goal", "observation")}
@@ -222,12 +252,16 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         if not self.handle_timeout_termination:
             dones = dones | batch["truncated"]
         rewards = self._normalize_reward(batch["reward"].reshape(-1, 1), env)
+        discounts = {}
+        if "discount" in batch:
+            discounts["discounts"] = self._tensor(batch["discount"].reshape(-1, 1))
         return DictReplayBufferSamples(
             observations=self._to_torch(observations),
             actions=self._tensor(batch["action"]),
             next_observations=self._to_torch(next_observations),
             dones=self._tensor(dones.reshape(-1, 1).astype(np.float32)),
             rewards=self._tensor(rewards),
+            **discounts,
         )
 
     def _to_torch(self, parts: Any) -> dict[str, torch.Tensor]:

@@ -1,0 +1,176 @@
+//! The hindsight replay buffer.
+
+mod add;
+mod columns;
+mod draw;
+mod files;
+mod own_reward;
+mod settings;
+
+use std::sync::OnceLock;
+
+use fetch_env::FetchConfig;
+use goal_reward::{DistanceReward, Symmetry};
+use her_relabel::{Batch, BufferConfig, Dims, HerBuffer, TransitionId};
+use pyo3::prelude::*;
+
+use self::columns::column;
+use crate::config::{ACTION_LEN, Config, GOAL_LEN};
+use crate::error::{Error, Result};
+use crate::exclusive::Exclusive;
+use crate::integer::Integer;
+
+/// A hindsight replay buffer of `f32`, with the rewards of an environment.
+#[pyclass(frozen, module = "fetch_env._native")]
+pub(crate) struct Buffer {
+    contents: Exclusive<Contents>,
+    env: FetchConfig,
+    reward: DistanceReward,
+    dims: Dims,
+    /// The kind of transitions that the environments have; see [`Config::transitions`].
+    transitions: String,
+    /// The description of the contents in a file: the same, and whose rewards relabeled rows get.
+    task: String,
+    /// The number of steps after which an episode is cut off, if it is known.
+    episode_len: Option<usize>,
+    /// The symmetries by which rows are mirrored, once they are needed.
+    symmetries: OnceLock<Vec<Symmetry>>,
+}
+
+/// The transitions, and the memory of the batches.
+struct Contents {
+    buffer: HerBuffer<f32>,
+    batch: Batch<f32>,
+}
+
+#[pymethods]
+impl Buffer {
+    /// `settings` are settings of the buffer as JSON, by their names. `episode_len` is the number of
+    /// steps after which an episode is cut off; `has_own_reward` says whether `sample` will get a
+    /// function.
+    #[new]
+    #[pyo3(signature = (
+        config,
+        capacity,
+        num_envs,
+        episode_len = None,
+        has_own_reward = false,
+        settings = "{}",
+    ))]
+    fn new(
+        config: &Config,
+        capacity: Integer<usize>,
+        num_envs: Integer<usize>,
+        episode_len: Option<usize>,
+        has_own_reward: bool,
+        settings: &str,
+    ) -> Result<Self> {
+        let dims =
+            Dims { observation: config.observation_len(), goal: GOAL_LEN, action: ACTION_LEN };
+        let transitions = config.transitions();
+        let own = if has_own_reward { ", relabeled by another function" } else { "" };
+        let task = format!("{transitions}{own}");
+        check_capacity(capacity.0, episode_len)?;
+        let buffer = BufferConfig::new(capacity.0, dims).with_num_envs(num_envs.0).with_task(&task);
+        let buffer = settings::with(buffer, settings)?;
+        let buffer = HerBuffer::new(buffer).map_err(Error::value)?;
+        let contents = Exclusive::new(Contents { buffer, batch: Batch::new() });
+        let (env, reward) = (config.config.clone(), config.config.distance_reward());
+        let symmetries = OnceLock::new();
+        Ok(Self { contents, env, reward, dims, transitions, task, episode_len, symmetries })
+    }
+
+    fn __len__(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.contents.lock(py)?.buffer.len())
+    }
+
+    #[getter]
+    fn num_episodes(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.contents.lock(py)?.buffer.num_episodes())
+    }
+
+    #[getter]
+    fn capacity(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.contents.lock(py)?.buffer.config().capacity())
+    }
+
+    #[getter]
+    fn num_envs(&self, py: Python<'_>) -> Result<usize> {
+        Ok(self.contents.lock(py)?.buffer.config().num_envs())
+    }
+
+    /// The oldest and the newest transition that can be drawn.
+    #[getter]
+    fn transition_ids(&self, py: Python<'_>) -> Result<Option<(u64, u64)>> {
+        let ids = self.contents.lock(py)?.buffer.transition_ids();
+        Ok(ids.map(|(oldest, newest)| (oldest.get(), newest.get())))
+    }
+
+    /// Sets the priorities of transitions, or of their episodes.
+    fn set_priorities(
+        &self,
+        py: Python<'_>,
+        transitions: &Bound<'_, PyAny>,
+        priorities: &Bound<'_, PyAny>,
+    ) -> Result<()> {
+        let ids = column("transitions", transitions, "N")?;
+        let id = |number: &f64| {
+            let id = TransitionId::new(*number as u64).filter(|id| id.get() as f64 == *number);
+            id.ok_or_else(|| {
+                Error::value(format!(
+                    "transitions has {number:?}: pass the column transition of a batch"
+                ))
+            })
+        };
+        let ids = ids.iter().map(id).collect::<Result<Vec<_>>>()?;
+        let priorities = column("priorities", priorities, "N")?;
+        Ok(self.contents.lock(py)?.buffer.set_priorities(&ids, &priorities)?)
+    }
+
+    /// The priority of a transition, or of its episode; None if it was overwritten.
+    fn priority(&self, py: Python<'_>, transition: Integer<u64>) -> Result<Option<f64>> {
+        let buffer = &self.contents.lock(py)?.buffer;
+        Ok(TransitionId::new(transition.0).and_then(|id| buffer.priority(id)))
+    }
+
+    /// Removes all transitions.
+    fn clear(&self, py: Python<'_>) -> Result<()> {
+        self.contents.lock(py)?.buffer.clear();
+        Ok(())
+    }
+
+    /// Raises an error if environments with these settings have transitions of another kind.
+    fn check_kind(&self, config: &Config) -> Result<()> {
+        self.check_transitions(&config.transitions())
+    }
+
+    /// The kind of transitions that it holds.
+    #[getter]
+    fn task(&self) -> &str {
+        &self.task
+    }
+}
+
+impl Buffer {
+    fn check_transitions(&self, theirs: &str) -> Result<()> {
+        let ours = &self.transitions;
+        if theirs == ours {
+            return Ok(());
+        }
+        Err(Error::value(format!(
+            "the environments have transitions of another kind ({theirs}) than the buffer \
+             ({ours}): use a buffer that was made for them"
+        )))
+    }
+}
+
+/// Checks that a whole episode fits: of a longer one, only the last steps would be kept.
+fn check_capacity(capacity: usize, episode_len: Option<usize>) -> Result<()> {
+    match episode_len.filter(|steps| capacity < *steps) {
+        None => Ok(()),
+        Some(steps) => Err(Error::value(format!(
+            "the capacity is {capacity} transitions, but an episode has up to {steps} steps: pass \
+             at least {steps}"
+        ))),
+    }
+}
