@@ -94,9 +94,11 @@ const MOST_PIXELS: u64 = 1 << 26;
 fn register_font() -> Result<(), &'static str> {
     static REGISTERED: OnceLock<Result<(), &str>> = OnceLock::new();
     *REGISTERED.get_or_init(|| {
-        let regular = style::register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
-        let bold = style::register_font(FONT, FontStyle::Bold, dejavu::sans::bold());
-        regular.and(bold).map_err(|_| "the font cannot be read")
+        let regular: &[u8] = include_bytes!("../../fonts/DejaVuSans.ttf");
+        let bold: &[u8] = include_bytes!("../../fonts/DejaVuSans-Bold.ttf");
+        style::register_font(FONT, FontStyle::Normal, regular)
+            .and_then(|()| style::register_font(FONT, FontStyle::Bold, bold))
+            .map_err(|_| "the font cannot be read")
     })
 }
 
