@@ -134,7 +134,7 @@ fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bo
     );
     let metadata = Metadata::new(&Metadata::name_of(*env_id, stem), &env, name, command)?;
     let signals = Signals::listen()?;
-    signals.put_off();
+    let put_off = signals.put_off();
     let mut writer = format.create(out, metadata, *snapshots)?;
     let bar = progress::bar(episodes.get(), "episodes");
     let mut record = EpisodeRecord::default();
@@ -157,7 +157,7 @@ fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bo
     }
     bar.finish_and_clear();
     writer.finish()?;
-    signals.end_at_once();
+    drop(put_off);
     report(args, &evaluation)
 }
 

@@ -77,13 +77,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let folders = folders.iter().map(PathBuf::as_path).chain(args.out.ancestors());
     let new: Vec<_> = folders.filter(|folder| !folder.exists()).collect();
     let signals = Signals::listen()?;
-    signals.put_off();
+    let put_off = signals.put_off();
     let bar = progress::bar(sets.len().saturating_mul(args.steps.get()), "steps");
     let write = |set: &Set| set.write(&args.out, formats, &command(args, set), &bar, &signals);
     // One thread writes a set, so the number of threads changes no bit.
     let written = sets.par_iter().map(write).collect::<anyhow::Result<Vec<_>>>();
     bar.finish_and_clear();
-    signals.end_at_once();
+    drop(put_off);
     if written.is_err() {
         new.iter().for_each(|folder| drop(fs::remove_dir(folder)));
     }

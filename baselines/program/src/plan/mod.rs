@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let envs = (0..num_envs).map(|_| make(config.clone()));
     let mut envs = envs.collect::<Result<Vec<_>, _>>()?;
     let signals = Signals::listen()?;
-    signals.put_off();
+    let put_off = signals.put_off();
     let bar = progress::bar(args.starts.get(), "starts");
     let mut starts: Vec<Start> = Vec::new();
     for number in 0..args.starts.get() as u64 {
@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    signals.end_at_once();
+    drop(put_off);
     let rows = table::rows(task, &starts);
     let title = format!("plan/{}", args.env_id);
     let figures = rows.iter().flat_map(|row| row.figures(&title));

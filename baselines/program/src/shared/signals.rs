@@ -15,7 +15,8 @@ use signal_hook::{
     low_level::signal_name,
 };
 
-/// Signals to this process, in all clones of one value. The first one can be put off; the next one ends the process at once.
+/// Signals to this process, in all clones of one value. The first one can be put off; the next one
+/// ends the process at once.
 #[derive(Clone)]
 pub struct Signals {
     end_at_once: Arc<AtomicBool>,
@@ -37,19 +38,25 @@ impl Signals {
         Ok(Self { end_at_once, received })
     }
 
-    /// Puts off the next signal.
-    pub fn put_off(&self) {
+    /// Puts off the next signal, until the value that is returned is dropped.
+    #[must_use]
+    pub fn put_off(&self) -> PutOff<'_> {
         self.end_at_once.store(false, Ordering::SeqCst);
-    }
-
-    /// Lets the next signal end the process at once.
-    pub fn end_at_once(&self) {
-        self.end_at_once.store(true, Ordering::SeqCst);
+        PutOff(self)
     }
 
     /// Returns the signal that was put off; 0 for none.
     pub fn received(&self) -> usize {
         self.received.load(Ordering::SeqCst)
+    }
+}
+
+/// The time in which a signal is put off: after it, the next one ends the process at once.
+pub struct PutOff<'a>(&'a Signals);
+
+impl Drop for PutOff<'_> {
+    fn drop(&mut self) {
+        self.0.end_at_once.store(true, Ordering::SeqCst);
     }
 }
 

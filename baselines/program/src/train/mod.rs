@@ -228,7 +228,7 @@ fn finish(args: &Args, ready: Ready, signals: &Signals) -> anyhow::Result<Outcom
     if is_first {
         bar.set_position(plan.length.reached(trainer.counters()));
     }
-    signals.put_off();
+    let put_off = signals.put_off();
     let mut watch = |_: &Trainer<MujocoEnv>, row: Option<&CurveRow>| {
         if let Some(row) = row.filter(|_| is_first) {
             show(&bar, plan.length, row);
@@ -236,7 +236,7 @@ fn finish(args: &Args, ready: Ready, signals: &Signals) -> anyhow::Result<Outcom
         if signals.received() == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
     let trained = plan.run(&mut trainer, Some(&folder), &mut watch);
-    signals.end_at_once();
+    drop(put_off);
     bar.finish_and_clear();
     trained?;
     // The signal of the first rank that has received one.

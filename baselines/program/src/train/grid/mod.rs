@@ -39,12 +39,12 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     let folder = GridFolder::open(&path, &grid, &preset)?;
     tell_of_locks(&path, folder.is_shared());
     let runs = grid.runs(&choices, &folder)?;
-    signals.put_off();
+    let put_off = signals.put_off();
     let shown = Shown::new(&runs, &signals)?;
     let ended = run_grid(&runs, args.threads.get(), args.checkpoint_seconds, &shown);
+    drop(put_off);
     shown.bar.finish_and_clear();
     let ended = ended?;
-    signals.end_at_once();
     let (num_ended, total) = (ended.iter().flatten().count(), runs.len());
     if let Some(stopped) = Stopped::by(signals.received()) {
         tell(format_args!(
