@@ -84,13 +84,11 @@ impl From<&CurveRow> for CurveLine {
 /// # Errors
 /// None that is known: rows are numbers.
 pub fn curve_csv(rows: &[CurveRow]) -> io::Result<Vec<u8>> {
-    Ok(csv_bytes(rows.iter().map(CurveLine::from))?)
+    csv_bytes(rows.iter().map(CurveLine::from))
 }
 
 /// Returns lines as CSV, with a header.
-pub(super) fn csv_bytes(
-    lines: impl IntoIterator<Item = impl Serialize>,
-) -> Result<Vec<u8>, csv::Error> {
+pub(super) fn csv_bytes(lines: impl IntoIterator<Item = impl Serialize>) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut writer = csv::Writer::from_writer(&mut bytes);
     lines.into_iter().try_for_each(|line| writer.serialize(line))?;

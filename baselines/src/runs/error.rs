@@ -48,7 +48,7 @@ pub enum FolderError {
         folder: PathBuf,
     },
     /// The folder has no description of a run.
-    #[error("{} is not the folder of a run", folder.display())]
+    #[error("{} is not the folder of a run: choose one that has a run.json", folder.display())]
     NotARun {
         /// The folder.
         folder: PathBuf,
@@ -56,15 +56,15 @@ pub enum FolderError {
         source: io::Error,
     },
     /// A description is not one that this crate writes.
-    #[error("{} is damaged", path.display())]
+    #[error("{} is damaged: restore it, or choose another folder", path.display())]
     Damaged {
         /// The description.
         path: PathBuf,
         /// What is wrong.
         source: serde_json::Error,
     },
-    /// A file of numbers is not one that this crate writes.
-    #[error("cannot read {}", path.display())]
+    /// A file of curves is not one that this crate writes.
+    #[error("{} is not a curve: restore the file, or remove it", path.display())]
     Csv {
         /// The file.
         path: PathBuf,
@@ -83,9 +83,9 @@ pub enum FolderError {
         /// Whether the run can be resumed.
         has_checkpoint: bool,
     },
-    /// A file has the name of one that a run writes.
+    /// A file has the name of one that a run or a grid writes.
     #[error(
-        "{} exists, but there is no {description} beside it, so it may not belong to a run: \
+        "{} exists, but there is no {description} beside it, so it may be of something else: \
          choose another folder",
         path.display()
     )]
@@ -227,20 +227,8 @@ pub enum GridError {
         /// The first place that differs, such as `grid.seeds`.
         difference: String,
     },
-    /// A file has the name of one that a grid writes.
-    #[error(
-        "{} exists, but there is no {description} beside it, so it may not belong to a grid: \
-         choose another folder",
-        path.display()
-    )]
-    Taken {
-        /// The file.
-        path: PathBuf,
-        /// The name of the description.
-        description: &'static str,
-    },
     /// The description in the folder is not one of a grid.
-    #[error("{} does not describe a grid: choose another folder", path.display())]
+    #[error("{} does not describe a grid: restore it, or choose another folder", path.display())]
     Damaged {
         /// The description.
         path: PathBuf,

@@ -77,8 +77,7 @@ impl GridFolder {
     /// [`FolderError`] if the file system fails.
     pub fn write_table(&self, table: &GridTable) -> Result<PathBuf, FolderError> {
         let path = self.path.join(TABLE);
-        let csv = table.csv();
-        let csv = csv.map_err(|source| FolderError::Csv { path: path.clone(), source })?;
+        let csv = table.csv().map_err(FolderError::file("write", &path))?;
         self.lock.replace(TABLE, &csv)?;
         Ok(path)
     }
@@ -102,7 +101,9 @@ fn has_begun(folder: &Path, grid: &str) -> Result<bool, GridError> {
         let mut ours = [GRID, RUNS, TABLE].into_iter().chain(PICTURES);
         let taken = ours.find(|name| folder.join(name).symlink_metadata().is_ok());
         return match taken {
-            Some(name) => Err(GridError::Taken { path: folder.join(name), description: GRID }),
+            Some(name) => {
+                Err(FolderError::Taken { path: folder.join(name), description: GRID }.into())
+            }
             None => Ok(false),
         };
     }

@@ -106,8 +106,8 @@ impl Group {
     /// [`FolderError`] if the file system fails.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), FolderError> {
         let path = path.as_ref();
-        let csv = csv_bytes(self.runs.values().flatten())
-            .map_err(|source| FolderError::Csv { path: path.to_owned(), source })?;
+        let csv =
+            csv_bytes(self.runs.values().flatten()).map_err(FolderError::file("write", path))?;
         replace_entry(path, |file| file.write_all(&csv)).map_err(FolderError::file("write", path))
     }
 

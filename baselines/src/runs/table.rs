@@ -1,5 +1,7 @@
 //! The table of a grid: a row for each choice of values, over the seeds.
 
+use std::io;
+
 use super::curve::CurveLine;
 use super::error::GridError;
 use super::grid::{Choice, Grid};
@@ -65,7 +67,7 @@ impl GridTable {
     }
 
     /// Returns the table as CSV.
-    pub(super) fn csv(&self) -> Result<Vec<u8>, csv::Error> {
+    pub(super) fn csv(&self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let mut writer = csv::Writer::from_writer(&mut bytes);
         let own = ["runs", "diverged", "success_rate", "success_low", "success_high", "reached"];
