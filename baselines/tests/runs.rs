@@ -15,7 +15,7 @@ use baselines::runs::{
     RunModel, RunPlan, RunsError,
 };
 use baselines::workers::OneProcess;
-use fetch_env::{EnvId, FetchConfig, MujocoEnv, Task};
+use fetch_env::{EnvId, FetchConfig, ModelSource, MujocoEnv, Task};
 use tempfile::tempdir;
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
@@ -175,6 +175,70 @@ fn a_run_begins_ends_and_is_resumed_or_replaced() -> Result {
     );
     drop(begin(folder.path(), true)?);
     assert!(!folder.path().join("policy.safetensors").exists());
+    Ok(())
+}
+
+#[test]
+fn a_run_begins_or_is_resumed_and_is_no_other() -> Result {
+    let folder = tempdir()?;
+    let new = |seed: u64, settings: TrainSettings, config: FetchConfig| {
+        let (model, id) = (RunModel::Builtin, reach());
+        let mut description = RunDescription::of_settings(id, model, config, &settings, seed);
+        (description.steps, description.target) = (200, 2.0);
+        NewRun { description, settings, overwrite: false }.resume_or_begin(folder.path(), 1)
+    };
+    let config = || FetchConfig::from(reach());
+    let Ready { mut trainer, folder: files, .. } = new(7, short()?, config())?;
+    // Cycle by cycle it is the run of the loop.
+    let mut cycles = RunPlan::of(files.description()).begin(&mut trainer, Some(&files))?;
+    assert_eq!(files.read_curve()?, []);
+    let mut steps = Vec::new();
+    let mut watch = |trainer: &Trainer<MujocoEnv>, _: Option<&CurveRow>| {
+        steps.push(trainer.counters().steps);
+        if steps.len() == 2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    assert!(cycles.next(&mut trainer, Some(&files), &mut watch)?.is_continue());
+    assert!(cycles.next(&mut trainer, Some(&files), &mut watch)?.is_break(), "watch stops it");
+    trainer.save(files.path())?;
+    drop(files);
+    for (refused, what) in [
+        (new(8, short()?, config()), "has the seed 7"),
+        (new(7, short()?.with("gamma=0.5")?, config()), "has other settings:"),
+        (new(7, short()?, config().with_target_range(0.1)?), "other settings of the environment"),
+    ] {
+        let error = refused.err().ok_or("it is another run")?;
+        assert!(error.to_string().contains(what), "{error}");
+    }
+    let Ready { mut trainer, folder: files, .. } = new(7, short()?, config())?;
+    assert_eq!(trainer.counters().steps, steps[1]);
+    let plan = RunPlan::of(files.description());
+    let mut watch = |_: &Trainer<MujocoEnv>, _: Option<&CurveRow>| ControlFlow::Continue(());
+    plan.run(&mut trainer, Some(&files), &mut watch)?;
+    let whole = tempdir()?;
+    let Ready { trainer: mut other, folder: files, .. } = begin(whole.path(), false)?;
+    plan.run(&mut other, Some(&files), &mut watch)?;
+    let policies = [trainer, other].map(|trainer| trainer.policy("FetchReach-v4"));
+    let [first, second] = policies.map(|policy| policy.unwrap().to_bytes().unwrap());
+    assert!(first == second);
+    Ok(())
+}
+
+#[test]
+fn settings_are_described_by_what_differs_from_the_nearest_preset() -> Result {
+    let describe = |settings: &TrainSettings, model, config| {
+        RunDescription::of_settings(reach(), model, config, settings, 3)
+    };
+    for preset in Preset::ALL {
+        let settings = preset.settings(Task::Reach);
+        let of_preset = describe(&settings, RunModel::Builtin, reach().config());
+        assert_eq!(of_preset, RunDescription::new(reach(), preset, 3));
+        let changed = settings.with("batch_size=31")?;
+        let config = reach().config().with_distance_threshold(0.02)?;
+        let changed = describe(&changed, RunModel::Reference, config.clone());
+        assert_eq!(changed.preset, preset);
+        assert_eq!(changed.changes, ["batch_size=31", "reference", "distance_threshold=0.02"]);
+        assert_eq!(changed.config(), config.with_model(ModelSource::Reference));
+    }
     Ok(())
 }
 

@@ -64,6 +64,8 @@ pub use run::{
     env::LearnEnv,
     trainer::Trainer,
 };
+#[cfg(feature = "runs")]
+pub(crate) use settings::train::each_setting;
 pub use settings::{
     algorithm::{AlgorithmSettings, DdpgSettings, SacSettings},
     by_name::{Preset, SettingError, limits, nearest},

@@ -8,7 +8,7 @@ use her_relabel::files::read_text;
 use serde::{Deserialize, Serialize};
 
 use super::error::FolderError;
-use crate::learn::{Preset, limits};
+use crate::learn::{Preset, TrainSettings, each_setting, limits};
 
 /// The name of the file.
 pub(super) const RUN: &str = "run.json";
@@ -88,6 +88,32 @@ impl RunDescription {
         }
     }
 
+    /// Describes a run with these settings of the environment, whose own model is left out, and of
+    /// the learner, with the default [limits] of its task. The preset is the one from which the
+    /// settings differ least.
+    #[must_use]
+    pub fn of_settings(
+        env_id: EnvId,
+        model: RunModel,
+        config: FetchConfig,
+        settings: &TrainSettings,
+        seed: u64,
+    ) -> Self {
+        let of_presets = Preset::ALL
+            .map(|preset| (preset, differences(settings, &preset.settings(env_id.task))));
+        let nearest = of_presets.into_iter().min_by_key(|(_, changes)| changes.len());
+        let (preset, mut changes) = nearest.unwrap_or((Preset::Fast, Vec::new()));
+        match &model {
+            RunModel::Builtin => {}
+            RunModel::Reference => changes.push("reference".to_owned()),
+            RunModel::Folder(folder) => changes.push(format!("model={}", folder.display())),
+        }
+        let (config, own) = (config.with_model(ModelSource::Builtin), env_id.config());
+        changes.extend(differences(&config, &own));
+        let config = (config != own).then_some(config);
+        Self { model, config, changes, ..Self::new(env_id, preset, seed) }
+    }
+
     /// Reads the description of the run in a folder.
     ///
     /// # Errors
@@ -127,6 +153,15 @@ impl RunDescription {
         let same = |run: &Self| Self { seed: 0, steps: 0, target: 0.0, ..run.clone() };
         same(self) == same(other)
     }
+}
+
+/// Returns the settings that differ from others, such as `gamma=0.98`.
+fn differences<T: Serialize>(settings: &T, others: &T) -> Vec<String> {
+    let others = each_setting(others);
+    let all = each_setting(settings).into_iter();
+    all.filter(|setting| !others.contains(setting))
+        .map(|(name, value)| format!("{name}={value}"))
+        .collect()
 }
 
 /// Returns a text as part of a file name: characters with a meaning there become `%` and their

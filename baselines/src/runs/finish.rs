@@ -74,6 +74,16 @@ impl RunPlan {
         num_threads: usize,
         mut go_on: impl FnMut() -> bool,
     ) -> Result<Outcome, RunsError> {
+        self.finish_while(trainer, folder, num_threads, &mut go_on)
+    }
+
+    fn finish_while(
+        &self,
+        trainer: &mut Trainer<MujocoEnv>,
+        folder: &RunFolder,
+        num_threads: usize,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Outcome, RunsError> {
         let description = folder.description();
         let (env_id, config) = (description.env_id, description.config());
         let mut policy = trainer.policy(&env_id.to_string())?;
@@ -82,7 +92,7 @@ impl RunPlan {
         let mut envs = make_vec(config, episodes.min(FINAL_ENVS), vec_config)?;
         let workers = trainer.workers();
         let own = share(workers, episodes);
-        let own = evaluate_range(&mut envs, &mut policy, own, FINAL_SEED, |_| (), &mut go_on)?;
+        let own = evaluate_range(&mut envs, &mut policy, own, FINAL_SEED, |_| (), go_on)?;
         let summary = gather_episodes(workers, &own)?.summary()?;
         let success = SuccessRate { rate: summary.success_rate, episodes, first_seed: FINAL_SEED };
         let policy = policy.with_success(success);

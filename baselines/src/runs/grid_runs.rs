@@ -107,10 +107,10 @@ pub trait WatchGrid: Sync {
 }
 
 /// The state that the threads share.
-struct Shared<'a, W> {
+struct Shared<'a> {
     runs: &'a [GridRun],
     between_checkpoints: Duration,
-    watch: &'a W,
+    watch: &'a dyn WatchGrid,
     /// The number of the next run.
     next: AtomicUsize,
     num_ended: AtomicUsize,
@@ -126,7 +126,7 @@ pub fn run_grid(
     runs: &[GridRun],
     num_threads: usize,
     between_checkpoints: Duration,
-    watch: &impl WatchGrid,
+    watch: &dyn WatchGrid,
 ) -> Result<Vec<Option<GridEnd>>, GridError> {
     let (next, num_ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let shared = Shared { runs, between_checkpoints, watch, next, num_ended };
@@ -143,7 +143,7 @@ pub fn run_grid(
     ended.map_err(|first| GridError::Runs { num_failed, num_runs, source: Box::new(first) })
 }
 
-impl<W: WatchGrid> Shared<'_, W> {
+impl Shared<'_> {
     /// Runs one run after another until none is left.
     fn run_some(&self) -> Vec<(usize, Result<Option<GridEnd>, GridError>)> {
         let mut all = Vec::new();

@@ -54,6 +54,6 @@ pub use grid::{Choice, Grid};
 pub use grid_folder::GridFolder;
 pub use grid_runs::{GridEnd, GridEvent, GridRun, WatchGrid, run_grid};
 pub use group::{Band, Group, Point};
-pub use plan::{Length, RunPlan, Watch};
+pub use plan::{Cycles, Length, RunPlan, Watch};
 pub use start::{NewRun, Ready};
 pub use table::{GridRow, GridTable};

@@ -115,39 +115,35 @@ impl RunPlan {
         folder: Option<&RunFolder>,
         watch: &mut impl Watch<E>,
     ) -> Result<(), RunsError> {
-        let is_first = trainer.workers().rank() == 0;
-        let written_by = folder.filter(|_| is_first);
-        if let Some(folder) = written_by {
-            folder.write_curve(trainer.rows())?;
-        }
-        let mut saved = Instant::now();
-        while !self.is_over(trainer) {
-            let row = self.cycle(trainer, &mut || watch.go_on())?;
-            let written = match (written_by, &row) {
-                (Some(folder), Some(_)) => folder.write_curve(trainer.rows()),
-                _ => Ok(()),
-            };
-            let stops = watch.cycle(trainer, row.as_ref()).is_break() || !watch.go_on();
-            let is_due = saved.elapsed() >= self.between_checkpoints;
-            let saves = written_by.is_some() && written.is_ok() && is_due && !stops;
-            // In all processes alike.
-            let [stops, saves] = any(trainer, [stops, saves])?;
-            written?;
-            if stops {
-                break;
-            }
-            if let Some(folder) = folder.filter(|_| saves) {
-                trainer.save(folder.path())?;
-                saved = Instant::now();
-            }
-        }
+        let mut cycles = self.begin(trainer, folder)?;
+        while cycles.next(trainer, folder, watch)?.is_continue() {}
         if let Some(folder) = folder {
             trainer.save(folder.path())?;
         }
         Ok(())
     }
 
+    /// Begins to take the cycles of a run one by one, and writes the curve so far. This is for callers
+    /// that do something else between them than a [`Watch`] can; [`run`](Self::run) is the loop over
+    /// them.
+    ///
+    /// # Errors
+    /// [`RunsError`] if the curve cannot be written.
+    pub fn begin<E: LearnEnv>(
+        &self,
+        trainer: &mut Trainer<E>,
+        folder: Option<&RunFolder>,
+    ) -> Result<Cycles, RunsError> {
+        if let Some(folder) = written_by(trainer, folder) {
+            folder.write_curve(trainer.rows())?;
+        }
+        Ok(Cycles { plan: *self, saved: Instant::now() })
+    }
+
     /// Continues to the next point at which a run can stop. Returns a row if it was evaluated.
+    // rustc shares functions that are never inlined: this crate has the one of `MujocoEnv`, and
+    // programs need no other.
+    #[inline(never)]
     fn cycle<E: LearnEnv>(
         &self,
         trainer: &mut Trainer<E>,
@@ -163,6 +159,61 @@ impl RunPlan {
             }
         }
     }
+}
+
+/// The cycles of a run, which [`RunPlan::begin`] begins.
+#[derive(Debug)]
+pub struct Cycles {
+    plan: RunPlan,
+    /// When the run was saved last.
+    saved: Instant,
+}
+
+impl Cycles {
+    /// Takes the next cycle, unless the run has ended, and writes what is due: the curve, a
+    /// checkpoint. It returns whether the run goes on: it has not ended, and `watch` has not stopped
+    /// it. If it does not, [`save`](Trainer::save) a last checkpoint.
+    ///
+    /// # Errors
+    /// As [`RunPlan::run`].
+    pub fn next<E: LearnEnv + SnapshotEnv>(
+        &mut self,
+        trainer: &mut Trainer<E>,
+        folder: Option<&RunFolder>,
+        watch: &mut impl Watch<E>,
+    ) -> Result<ControlFlow<()>, RunsError> {
+        if self.plan.is_over(trainer) {
+            return Ok(ControlFlow::Break(()));
+        }
+        let row = self.plan.cycle(trainer, &mut || watch.go_on())?;
+        let written_by = written_by(trainer, folder);
+        let written = match (written_by, &row) {
+            (Some(folder), Some(_)) => folder.write_curve(trainer.rows()),
+            _ => Ok(()),
+        };
+        let stops = watch.cycle(trainer, row.as_ref()).is_break() || !watch.go_on();
+        let is_due = self.saved.elapsed() >= self.plan.between_checkpoints;
+        let saves = written_by.is_some() && written.is_ok() && is_due && !stops;
+        // In all processes alike.
+        let [stops, saves] = any(trainer, [stops, saves])?;
+        written?;
+        if stops {
+            return Ok(ControlFlow::Break(()));
+        }
+        if let Some(folder) = folder.filter(|_| saves) {
+            trainer.save(folder.path())?;
+            self.saved = Instant::now();
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+/// Returns the folder in the process that writes its files, the first one.
+fn written_by<'a, E: LearnEnv>(
+    trainer: &mut Trainer<E>,
+    folder: Option<&'a RunFolder>,
+) -> Option<&'a RunFolder> {
+    folder.filter(|_| trainer.workers().rank() == 0)
 }
 
 /// Returns the target of a success rate, which two evaluations in a row must reach.

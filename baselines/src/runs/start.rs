@@ -7,7 +7,7 @@ use fetch_env::{EnvError, FetchConfig, MujocoEnv, make};
 use super::description::RunDescription;
 use super::error::RunsError;
 use super::folder::RunFolder;
-use crate::learn::{Resumed, TrainSettings, Trainer};
+use crate::learn::{CheckpointError, Resumed, TrainSettings, Trainer};
 use crate::workers::{OneProcess, UnreadableMessage, Workers, gather_values};
 
 /// A run that is ready to go on.
@@ -46,24 +46,68 @@ impl NewRun {
         workers: Box<dyn Workers>,
         prepare: impl FnOnce(&mut Trainer<MujocoEnv>) -> Result<(), X>,
     ) -> Result<Ready, X> {
-        let Self { description, settings, overwrite } = self;
         let path = path.as_ref();
-        let make = maker(description.config());
-        let mut trainer =
-            Trainer::with_workers(make, settings, description.seed, num_threads, workers)
-                .map_err(RunsError::from)?;
-        let is_first = trainer.workers().rank() == 0;
-        if is_first {
-            RunFolder::check_free(path, overwrite).map_err(RunsError::from)?;
+        let mut trainer = self.trainer(num_threads, workers)?;
+        if trainer.workers().rank() == 0 {
+            RunFolder::check_free(path, self.overwrite).map_err(RunsError::from)?;
         }
         prepare(&mut trainer)?;
-        let folder = if is_first {
-            RunFolder::create(path, description, overwrite).map_err(RunsError::from)?
+        Ok(self.begin_with(trainer, path)?)
+    }
+
+    /// Prepares the training of the run, without a folder.
+    ///
+    /// # Errors
+    /// [`RunsError`] if the run cannot be set up.
+    pub fn trainer(
+        &self,
+        num_threads: usize,
+        workers: Box<dyn Workers>,
+    ) -> Result<Trainer<MujocoEnv>, RunsError> {
+        let make = maker(self.description.config());
+        let (settings, seed) = (self.settings.clone(), self.description.seed);
+        Ok(Trainer::with_workers(make, settings, seed, num_threads, workers)?)
+    }
+
+    /// Begins the run of a trainer in a folder.
+    fn begin_with(self, mut trainer: Trainer<MujocoEnv>, path: &Path) -> Result<Ready, RunsError> {
+        let folder = if trainer.workers().rank() == 0 {
+            RunFolder::create(path, self.description, self.overwrite)?
         } else {
-            RunFolder::of_other(path, description)
+            RunFolder::of_other(path, self.description)
         };
-        trainer.save(path).map_err(RunsError::from)?;
+        trainer.save(path)?;
         Ok(Ready { trainer, folder })
+    }
+
+    /// Continues the run in a folder from its last checkpoint, or begins this one if there is none.
+    /// The run in the folder keeps its own steps and target; everything else must be the same.
+    ///
+    /// # Errors
+    /// Those of [`begin`](Self::begin) and [`Ready::resume`], and
+    /// [`CheckpointError::OtherSettings`] if the run in the folder has another environment, seed or
+    /// settings.
+    pub fn resume_or_begin(
+        self,
+        path: impl AsRef<Path>,
+        num_threads: usize,
+    ) -> Result<Ready, RunsError> {
+        let path = path.as_ref();
+        if !RunFolder::has_checkpoint(path)? {
+            return self.begin(path, num_threads, Box::new(OneProcess), |_| Ok(()));
+        }
+        let Self { description, settings, .. } = self;
+        let ready = Ready::resume(path, num_threads)?;
+        let found = ready.folder.description();
+        if found.config() != description.config() {
+            let what = match found.env_id == description.env_id {
+                true => "other settings of the environment".to_owned(),
+                false => format!("the environment {}", found.env_id),
+            };
+            return Err(CheckpointError::OtherSettings { folder: path.to_owned(), what }.into());
+        }
+        ready.trainer.check_same(&settings, description.seed, path)?;
+        Ok(ready)
     }
 }
 
@@ -85,9 +129,16 @@ impl Ready {
     pub fn resume_with_workers(
         path: impl AsRef<Path>,
         num_threads: usize,
+        workers: Box<dyn Workers>,
+    ) -> Result<(Self, Resumed), RunsError> {
+        Self::resume_in(path.as_ref(), num_threads, workers)
+    }
+
+    fn resume_in(
+        path: &Path,
+        num_threads: usize,
         mut workers: Box<dyn Workers>,
     ) -> Result<(Self, Resumed), RunsError> {
-        let path = path.as_ref();
         let folder = if workers.rank() == 0 { Some(RunFolder::resume(path)?) } else { None };
         let own = folder.as_ref().map(RunFolder::description);
         let first = gather_values(&mut *workers, &own.cloned())?.swap_remove(0);

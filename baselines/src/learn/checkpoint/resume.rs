@@ -98,10 +98,21 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             _ => return Ok(Self::new(make, settings, seed, num_threads)?),
         }
         let trainer = Self::resume(make, folder, num_threads)?;
-        let what = match (trainer.seed, &trainer.settings) {
+        trainer.check_same(&settings, seed, folder)?;
+        Ok(trainer)
+    }
+
+    /// Checks that the run resumed from a folder has these settings and this seed.
+    pub(crate) fn check_same(
+        &self,
+        settings: &TrainSettings,
+        seed: u64,
+        folder: &Path,
+    ) -> Result<(), Error> {
+        let what = match (self.seed, &self.settings) {
             (other, _) if other != seed => format!("the seed {other}"),
-            (_, other) if *other != settings => "other settings".to_owned(),
-            _ => return Ok(trainer),
+            (_, other) if other != settings => "other settings".to_owned(),
+            _ => return Ok(()),
         };
         Err(Error::OtherSettings { folder: folder.to_owned(), what })
     }

@@ -42,7 +42,12 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// because your algorithm or environment has a state that cannot be read again; otherwise
     /// another [`CheckpointError`](Error). Earlier checkpoints stay whole, and none is removed.
     pub fn save(&mut self, folder: impl AsRef<Path>) -> Result<PathBuf, Error> {
-        let folder = folder.as_ref();
+        self.save_in(folder.as_ref())
+    }
+
+    // Shared as the cycle of a `RunPlan` is.
+    #[inline(never)]
+    fn save_in(&mut self, folder: &Path) -> Result<PathBuf, Error> {
         let path = checkpoint_path(folder, self.counters.steps);
         let failed = |source| Error::Write { path: path.clone(), source };
         let own = Own {

@@ -19,7 +19,7 @@ use super::updates::Updates;
 use crate::learn::algorithm::interface::{AlgorithmInit, Built};
 use crate::learn::error::TrainError;
 use crate::learn::settings::algorithm::AlgorithmSettings;
-use crate::learn::settings::train::TrainSettings;
+use crate::learn::settings::train::{TrainSettings, each_setting};
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
 use crate::workers::{OneProcess, Workers, agree, share};
 
@@ -138,7 +138,7 @@ impl<E: LearnEnv> Trainer<E> {
             ("seed", seed.to_string()),
             ("algorithm", settings.algorithm.name().to_owned()),
         ];
-        let each = settings.each();
+        let each = each_setting(&settings);
         facts.extend(each.iter().map(|(name, value)| (name.as_str(), value.clone())));
         agree(&mut *workers, &facts)?;
         settings.check()?;

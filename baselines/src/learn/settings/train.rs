@@ -72,22 +72,7 @@ impl TrainSettings {
     /// Returns the settings as JSON, by way of text, in which an `f32` has its own digits and not
     /// those of an `f64`.
     pub(crate) fn to_json(&self) -> Value {
-        serde_json::to_string(self).and_then(|text| serde_json::from_str(&text)).unwrap_or_default()
-    }
-
-    /// Returns the name and the value of each setting.
-    pub(crate) fn each(&self) -> Vec<(String, String)> {
-        fn add(name: &str, value: &Value, all: &mut Vec<(String, String)>) {
-            match value {
-                Value::Object(entries) => {
-                    entries.iter().for_each(|(name, value)| add(name, value, all));
-                }
-                value => all.push((name.to_owned(), value.to_string())),
-            }
-        }
-        let mut all = Vec::new();
-        add("settings", &self.to_json(), &mut all);
-        all
+        json_of(self)
     }
 
     /// Checks that each setting is in the range that its documentation says.
@@ -113,6 +98,25 @@ impl TrainSettings {
         exploration.check()?;
         schedule.check()
     }
+}
+
+fn json_of(settings: &impl Serialize) -> Value {
+    serde_json::to_string(settings).and_then(|text| serde_json::from_str(&text)).unwrap_or_default()
+}
+
+/// Returns the name and the value of each setting of a learner or an environment.
+pub(crate) fn each_setting(settings: &impl Serialize) -> Vec<(String, String)> {
+    fn add(name: &str, value: &Value, all: &mut Vec<(String, String)>) {
+        match value {
+            Value::Object(entries) => {
+                entries.iter().for_each(|(name, value)| add(name, value, all));
+            }
+            value => all.push((name.to_owned(), value.to_string())),
+        }
+    }
+    let mut all = Vec::new();
+    add("settings", &json_of(settings), &mut all);
+    all
 }
 
 /// How deep the settings of your own algorithm may be nested: files that are nested more than 128
