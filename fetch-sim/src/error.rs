@@ -132,8 +132,8 @@ pub enum SimError {
     },
     /// The files of a model are missing.
     #[error(
-        "there is no model at {path}: run `cargo xtask assets` or call \
-         `fetch_sim::download::reference_model`, of the feature `download`, or set \
+        "there is no model at {path}: run `fetch-env assets` (in a clone, `cargo xtask assets`) or \
+         call `fetch_sim::download::reference_model`, of the feature `download`, or set \
          FETCH_ASSETS_DIR to where it put them"
     )]
     NoAssets {

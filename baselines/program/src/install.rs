@@ -7,7 +7,7 @@ use fetch_install::download::{
     DownloadError, export_line, forget, mujoco_for, mujoco_from_wheel, reference_model,
     reference_model_from_wheel, remember,
 };
-use fetch_sim::{MujocoVersion, remembered_mujoco};
+use fetch_sim::{MujocoVersion, brings_library};
 
 use crate::output::usage;
 
@@ -72,13 +72,17 @@ fn return_to_system(args: &MujocoArgs) -> anyhow::Result<bool> {
         return Err(usage("`system` takes no --from and no --for"));
     }
     let words = if forget()? { "forgotten" } else { "nothing was remembered" };
-    say!("{words}: builds and programs take the system's MuJoCo, unless MUJOCO_DIR names another")?;
+    let who = if brings_library() { "builds" } else { "builds and programs" };
+    say!("{words}: {who} take the system's MuJoCo, unless MUJOCO_DIR names another")?;
+    if brings_library() {
+        say!("this program keeps the MuJoCo that it brings")?;
+    }
     Ok(true)
 }
 
 /// Says which programs take the version that is remembered now.
 fn say_who_takes(version: &str) -> anyhow::Result<()> {
-    if remembered_mujoco()?.is_none() {
+    if brings_library() {
         return say!("builds take it from now on; this program keeps the MuJoCo that it brings");
     }
     say!(

@@ -56,6 +56,10 @@ const EXIT_CODES: &str = "Exit codes: 0 if everything passed, 1 if a check faile
 /// Runs the program with arguments, which do not begin with the program's name, and returns its
 /// exit code: 0 if everything passed, 1 if a check failed or could not run, 2 for wrong usage, 130
 /// and 143 if SIGINT or SIGTERM stopped it in good order.
+///
+/// It writes to the standard streams of the process. `train`, `plan`, `datasets`, and `collect` with
+/// `--format`, listen to SIGINT and SIGTERM from their beginning on, also after this function has
+/// returned. In all other commands, signals do what the host has set.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,

@@ -10,7 +10,7 @@ pub use binding::{
     data::Data,
     ffi::ContactFilterCounts,
     ids::{BodyId, GeomId, JointId, SiteId},
-    library::{library_path, use_library},
+    library::{brings_library, library_path, use_library},
     model::Model,
     poses::Pose,
     version::MujocoVersion,

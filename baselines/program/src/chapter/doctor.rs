@@ -45,7 +45,7 @@ const SYMPTOMS: [Symptom; 12] = [
         name: "MuJoCo is missing, or not the one used for the build",
         look: library,
         fix: "apt-get update && apt-get install -y libmujoco-dev, or `fetch-env mujoco 3.6.0`, \
-              and build again",
+              and build again; a program from pip brings MuJoCo: install it again",
     },
     Symptom {
         name: "obs is a flat array, not a dictionary",

@@ -3,7 +3,9 @@
 use std::{path::Path, time::SystemTime};
 
 use fetch_install::{NONE, mujoco_dir};
-use fetch_sim::{MujocoVersion, Remembered, SimError, library_path, remembered_mujoco};
+use fetch_sim::{
+    MujocoVersion, Remembered, SimError, brings_library, library_path, remembered_mujoco,
+};
 
 /// Returns the version in use, its library, and where that comes from.
 ///
@@ -12,6 +14,7 @@ use fetch_sim::{MujocoVersion, Remembered, SimError, library_path, remembered_mu
 pub fn in_use() -> Result<String, SimError> {
     let (version, path) = (MujocoVersion::of_library()?, library_path()?);
     let origin = match remembered_mujoco() {
+        _ if brings_library() => " (the program brings it)".into(),
         _ if is_named() => " (MUJOCO_DIR names it)".into(),
         Ok(Some(it)) if is_in(&path, &it) => format!(
             " (remembered, asked for {} ago; `fetch-env mujoco system` returns to the system's)",
@@ -31,6 +34,9 @@ pub fn in_use() -> Result<String, SimError> {
 /// As [`in_use`].
 pub fn advice() -> Result<Option<String>, SimError> {
     let version = MujocoVersion::of_library()?.to_string();
+    if brings_library() {
+        return Ok(None);
+    }
     let is_slow = version.starts_with("2.2.") && is_of_system(&library_path()?);
     Ok(match remembered_mujoco() {
         _ if is_named() => None,

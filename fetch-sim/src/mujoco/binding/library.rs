@@ -77,9 +77,15 @@ pub fn use_library(path: impl AsRef<Path>) -> Result<(), SimError> {
     if chosen == path { Ok(()) } else { Err(SimError::LibraryInUse { path: chosen.clone() }) }
 }
 
+/// Whether the program brings MuJoCo itself: whether it has called [`use_library`].
+#[must_use]
+pub fn brings_library() -> bool {
+    CHOSEN.get().is_some()
+}
+
 /// Checks a library or plugin before it is loaded.
 pub(super) fn look_at(file: &Path) -> Result<LibraryFile, String> {
-    if CHOSEN.get().is_some() { LibraryFile::chosen(file) } else { LibraryFile::look_at(file) }
+    if brings_library() { LibraryFile::chosen(file) } else { LibraryFile::look_at(file) }
 }
 
 /// Loads MuJoCo on the first call, and returns the path of its library; later calls return the same
