@@ -28,7 +28,7 @@ const ROUNDING: f64 = 1e-5;
 #[pyclass(frozen, module = "fetch_env._native")]
 pub(crate) struct Config {
     pub(crate) config: FetchConfig,
-    id: EnvId,
+    pub(crate) id: EnvId,
 }
 
 #[pymethods]

@@ -1,17 +1,27 @@
 //! Learning and evaluating.
 
-use std::io;
+use std::ffi::CString;
 use std::num::NonZero;
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf, absolute};
 use std::thread::available_parallelism;
 
 use baselines::{
     evaluate_vec_while,
-    learn::{self, CheckpointError, Preset, Target, TrainSettings},
+    learn::{self, CurveRow, Preset, TrainSettings},
+    runs::{
+        self, Cycles, FolderError, Length, NewRun, Ready, RunDescription, RunFolder, RunModel,
+        RunPlan, RunsError,
+    },
+    workers::OneProcess,
 };
-use fetch_env::{EnvError, FetchConfig, MujocoEnv, make, make_vec, vec_env::VecConfig};
-use pyo3::{Borrowed, exceptions::PyTypeError, prelude::*, types::PyBool};
+use fetch_env::{ModelSource, MujocoEnv, make_vec, vec_env::VecConfig};
+use pyo3::{
+    Borrowed,
+    exceptions::{PyRuntimeWarning, PyTypeError},
+    prelude::*,
+    types::PyBool,
+};
 
 use crate::config::Config;
 use crate::error::{Error, Result};
@@ -20,9 +30,6 @@ use crate::integer::Integer;
 use crate::policy::Policy;
 use crate::signals::Signals;
 use crate::warnings::simulate;
-
-/// The number of evaluations in a row that must reach a target.
-const EVALUATIONS: usize = 2;
 
 /// A success rate, from 0 to 1.
 pub(crate) struct Rate(f64);
@@ -48,18 +55,25 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Rate {
 /// A run of the learner.
 #[pyclass(frozen, module = "fetch_env._native")]
 pub(crate) struct Trainer {
-    run: Exclusive<learn::Trainer<MujocoEnv>>,
+    run: Exclusive<Run>,
     env_id: String,
-    num_steps: u64,
-    target: Option<Target>,
+    num_threads: usize,
+}
+
+/// A run and the folder where it is saved, if it is.
+struct Run {
+    trainer: learn::Trainer<MujocoEnv>,
+    plan: RunPlan,
+    cycles: Cycles,
+    folder: Option<RunFolder>,
     /// Whether a cycle has failed: the run cannot go on, and is not saved.
-    failed: AtomicBool,
+    has_failed: bool,
 }
 
 #[pymethods]
 impl Trainer {
-    /// `settings` is JSON, or the name of a preset. With `resumed`, it continues the run whose
-    /// checkpoints are in that folder.
+    /// `settings` is JSON, or the name of a preset. With `resume`, it continues the run in the folder
+    /// `out`, if there is one.
     #[new]
     #[expect(clippy::too_many_arguments, reason = "the Python function has as many")]
     fn new(
@@ -70,104 +84,185 @@ impl Trainer {
         steps: Integer<u64>,
         target: Option<Rate>,
         num_threads: Integer<usize>,
-        resumed: Option<PathBuf>,
+        out: Option<PathBuf>,
+        resume: bool,
     ) -> Result<Self> {
-        let (Integer(seed), Integer(num_steps)) = (seed, steps);
+        let Integer(seed) = seed;
         let num_threads = match num_threads.0 {
             0 => available_parallelism().map_or(1, NonZero::get),
             number => number,
         };
-        let env: FetchConfig = config.config.clone();
         let settings = if settings.starts_with('{') {
             TrainSettings::from_json(settings).map_err(Error::chain)?
         } else {
-            settings.parse::<Preset>().map_err(Error::chain)?.settings(env.task())
+            settings.parse::<Preset>().map_err(Error::chain)?.settings(config.config.task())
         };
-        let make = || -> Result<_, EnvError> { Ok(make(env.clone())?) };
-        let run = simulate(py, || match resumed {
-            None => learn::Trainer::new(make, settings, seed, num_threads).map_err(Error::chain),
-            Some(folder) => {
-                learn::Trainer::resume_or_new(make, settings, seed, num_threads, folder)
-                    .map_err(Error::chain)
-            }
-        })?;
-        let target =
-            target.map(|Rate(success_rate)| Target { success_rate, evaluations: EVALUATIONS });
-        let env_id = config.env_id();
-        Ok(Self {
-            run: Exclusive::new(run),
-            env_id,
-            num_steps,
-            target,
-            failed: AtomicBool::new(false),
-        })
-    }
-
-    /// Whether the run has reached its steps or its target.
-    fn is_over(&self, py: Python<'_>) -> Result<bool> {
-        Ok(self.run.lock(py)?.is_over(self.num_steps, self.target))
-    }
-
-    /// Takes the next cycle, and returns a row of the learning curve as JSON if an evaluation was
-    /// due. An exception of a signal handler stops the cycle, which the next call finishes.
-    fn cycle(&self, py: Python<'_>) -> Result<Option<String>> {
-        let run = &mut *self.run.lock(py)?;
-        let mut signals = Signals::new();
-        let row = simulate(py, || {
-            run.run_cycle_while(self.num_steps, || signals.go_on()).map_err(Error::chain)
-        });
-        if row.is_err() {
-            self.failed.store(true, Relaxed);
+        let mut description = describe(config, &settings, seed)?;
+        // No success rate is 2.
+        (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
+        let run = simulate(py, || Run::new(description, settings, num_threads, out, resume))?;
+        if let Some(folder) = run.folder.as_ref().filter(|folder| folder.is_shared()) {
+            let path = folder.path().display();
+            let text = format!(
+                "{path} is on a file system without locks: let no other process write there"
+            );
+            let text = CString::new(text).map_err(Error::value)?;
+            PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 2)?;
         }
-        signals.finish()?;
-        Ok(row?.map(|row| serde_json::to_string(&row)).transpose()?)
+        Ok(Self { run: Exclusive::new(run), env_id: config.env_id(), num_threads })
     }
 
-    /// Whether a cycle has failed.
-    fn has_failed(&self) -> bool {
-        self.failed.load(Relaxed)
+    /// Takes the next cycle. Returns whether the run goes on, and a row of the learning curve as JSON
+    /// if there was an evaluation. An exception of a signal handler stops the cycle, which the next
+    /// call finishes.
+    fn cycle(&self, py: Python<'_>) -> Result<(bool, Option<String>)> {
+        let Run { trainer, cycles, folder, has_failed, .. } = &mut *self.run.lock(py)?;
+        let folder = folder.as_ref();
+        let mut watch = Watch { signals: Signals::new(), row: None };
+        let next = simulate(py, || {
+            cycles.next(trainer, folder, &mut watch).map_err(|error| {
+                *has_failed = matches!(error, RunsError::Train(_));
+                in_python(error, folder.map(RunFolder::path))
+            })
+        });
+        watch.signals.finish()?;
+        let row = watch.row.map(|row| serde_json::to_string(&row)).transpose()?;
+        Ok((next?.is_continue(), row))
     }
 
-    /// Saves a checkpoint in a folder.
-    fn save(&self, py: Python<'_>, folder: PathBuf) -> Result<()> {
+    /// Saves a checkpoint in the folder, if there is one and no cycle has failed.
+    fn save(&self, py: Python<'_>) -> Result<()> {
         let run = &mut *self.run.lock(py)?;
+        let Some(folder) = run.folder.as_ref().filter(|_| !run.has_failed) else { return Ok(()) };
+        let path = folder.path();
         simulate(py, || {
-            run.save(&folder).map(drop).map_err(|error| Error::chain(error).at(&folder))
+            let saved = run.trainer.save(path);
+            saved.map(drop).map_err(|error| in_python(error.into(), Some(path)))
         })
+    }
+
+    /// Writes the policy and the page into the folder, if there is one and the run has reached its
+    /// end.
+    fn finish(&self, py: Python<'_>) -> Result<()> {
+        let Run { trainer, plan, folder, .. } = &mut *self.run.lock(py)?;
+        let Some(folder) = folder.as_ref().filter(|_| plan.is_over(trainer)) else { return Ok(()) };
+        let mut signals = Signals::new();
+        let finished = simulate(py, || {
+            let finished = plan.finish(trainer, folder, self.num_threads, || signals.go_on());
+            finished.map(drop).map_err(|error| in_python(error, Some(folder.path())))
+        });
+        signals.finish()?;
+        finished
+    }
+
+    /// Leaves the folder to others.
+    fn close(&self, py: Python<'_>) -> Result<()> {
+        self.run.lock(py)?.folder = None;
+        Ok(())
     }
 
     /// The number of steps so far.
     fn steps(&self, py: Python<'_>) -> Result<u64> {
-        Ok(self.run.lock(py)?.counters().steps)
+        Ok(self.run.lock(py)?.trainer.counters().steps)
     }
 
     /// The rows of the learning curve as JSON.
     fn curve(&self, py: Python<'_>) -> Result<String> {
-        Ok(serde_json::to_string(self.run.lock(py)?.rows())?)
+        Ok(serde_json::to_string(self.run.lock(py)?.trainer.rows())?)
     }
 
     /// The settings as JSON.
     fn settings(&self, py: Python<'_>) -> Result<String> {
-        Ok(serde_json::to_string(self.run.lock(py)?.settings())?)
+        Ok(serde_json::to_string(self.run.lock(py)?.trainer.settings())?)
     }
 
     /// The policy that the run has learned.
     fn policy(&self, py: Python<'_>) -> Result<Policy> {
-        let policy = self.run.lock(py)?.policy(&self.env_id).map_err(Error::chain)?;
+        let policy = self.run.lock(py)?.trainer.policy(&self.env_id).map_err(Error::chain)?;
         Ok(policy.into())
     }
 }
 
-/// Whether a folder has checkpoints of a run.
-#[pyfunction]
-pub(crate) fn has_checkpoints(folder: PathBuf) -> Result<bool> {
-    match learn::checkpoints(&folder) {
-        Ok(checkpoints) => Ok(!checkpoints.is_empty()),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
-        Err(source) => {
-            let error = CheckpointError::Read { path: folder.clone(), source };
-            Err(Error::chain(error).at(&folder))
+impl Run {
+    fn new(
+        description: RunDescription,
+        settings: TrainSettings,
+        num_threads: usize,
+        out: Option<PathBuf>,
+        resume: bool,
+    ) -> Result<Self> {
+        let mut plan = RunPlan::of(&description);
+        let new = NewRun { description, settings, overwrite: false };
+        let (mut trainer, folder) = match &out {
+            None => {
+                let trainer = new.trainer(num_threads, Box::new(OneProcess));
+                (trainer.map_err(|error| in_python(error, None))?, None)
+            }
+            Some(path) => {
+                let ready = match resume {
+                    true => new.resume_or_begin(path, num_threads),
+                    false => new.begin(path, num_threads, Box::new(OneProcess), |_| Ok(())),
+                };
+                let Ready { trainer, folder, .. } =
+                    ready.map_err(|error| in_python(error, Some(path)))?;
+                if let length @ Length::Updates(_) = RunPlan::of(folder.description()).length {
+                    plan.length = length;
+                }
+                (trainer, Some(folder))
+            }
+        };
+        let cycles = plan.begin(&mut trainer, folder.as_ref());
+        let cycles = cycles.map_err(|error| in_python(error, out.as_deref()))?;
+        Ok(Self { trainer, plan, cycles, folder, has_failed: false })
+    }
+}
+
+/// Looks for signals during a cycle, and keeps its row.
+struct Watch {
+    signals: Signals,
+    row: Option<CurveRow>,
+}
+
+impl runs::Watch<MujocoEnv> for Watch {
+    fn go_on(&mut self) -> bool {
+        self.signals.go_on()
+    }
+
+    fn cycle(&mut self, _: &learn::Trainer<MujocoEnv>, row: Option<&CurveRow>) -> ControlFlow<()> {
+        self.row = row.cloned();
+        ControlFlow::Continue(())
+    }
+}
+
+/// Describes a run as its folder does.
+fn describe(config: &Config, settings: &TrainSettings, seed: u64) -> Result<RunDescription> {
+    let model = match config.config.sim().model() {
+        ModelSource::Reference => RunModel::Reference,
+        // The run may be resumed from another current folder.
+        ModelSource::Folder(folder) => RunModel::Folder(absolute(folder).map_err(Error::chain)?),
+        _ => RunModel::Builtin,
+    };
+    Ok(RunDescription::of_settings(config.id, model, config.config.clone(), settings, seed))
+}
+
+/// Returns the error of a run with Python's remedies.
+fn in_python(error: RunsError, out: Option<&Path>) -> Error {
+    let error = match error {
+        RunsError::Folder(FolderError::HasRun { folder, has_checkpoint }) => {
+            let resume = if has_checkpoint { "pass resume=True, or " } else { "" };
+            Error::value(format_args!(
+                "{} has a run: {resume}choose another folder",
+                folder.display()
+            ))
         }
+        RunsError::Train(error) => Error::chain(error),
+        RunsError::Checkpoint(error) => Error::chain(error),
+        RunsError::Make(error) => error.into(),
+        error => Error::chain(error),
+    };
+    match out {
+        Some(out) => error.at(out),
+        None => error,
     }
 }
 

@@ -36,7 +36,7 @@ mod _native {
     #[pymodule_export]
     use crate::her::Buffer;
     #[pymodule_export]
-    use crate::learn::{Trainer, evaluate, has_checkpoints};
+    use crate::learn::{Trainer, evaluate};
     #[pymodule_export]
     use crate::model::{has_reference_model, library_path, unpack_reference_model, use_library};
     #[pymodule_export]

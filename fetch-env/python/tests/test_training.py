@@ -124,9 +124,12 @@ def test_a_resumed_run_ends_with_the_same_bits(short, tmp_path, ctrl_c):
     assert interrupted.interrupted
     steps = interrupted.policy.header["steps"] + 400
     assert outcome(train(steps, out=out, resume=True)) == outcome(train(steps))
-    names = [path.name for path in out.iterdir()]
-    assert all(name.startswith("checkpoint-") for name in names)
-    assert len(names) == 2
+    names = sorted(path.name for path in out.iterdir())
+    assert all(name.startswith("checkpoint-") for name in names[:2])
+    assert names[2:] == ["curve.csv", "page.html", "policy.safetensors", "run.json", "run.lock"]
+    written = fetch_env.Policy.load(out / "policy.safetensors").header
+    assert written["success"]["episodes"] == 10
+    assert written["steps"] == steps
 
 
 def test_a_full_disk_keeps_what_was_reached(short, tmp_path, monkeypatch):
@@ -153,19 +156,33 @@ def test_a_folder_belongs_to_one_run(short, tmp_path):
         arguments = {"steps": 200, "out": tmp_path, "progress": False, **arguments}
         return fetch_env.train("FetchReach-v4", settings, seed=seed, **arguments)
 
+    def contents():
+        paths = [path for path in tmp_path.iterdir() if path.name != "run.lock"]
+        return {path: path.read_bytes() for path in paths}
+
     train()
-    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    before = contents()
     with pytest.raises(ValueError, match="pass resume=True, or choose another folder"):
         train()
     with pytest.raises(ValueError, match="has the seed 1"):
         train(seed=2, resume=True)
     with pytest.raises(ValueError, match="has other settings"):
         train("fast", resume=True)
-    with pytest.raises(ValueError, match="pass the folder of the checkpoints"):
+    with pytest.raises(ValueError, match="has other settings of the environment"):
+        train(resume=True, distance_threshold=0.1)
+    with pytest.raises(ValueError, match="pass the folder of the run"):
         train(out=None, resume=True)
-    with pytest.raises(OSError, match=r"test_training\.py/folder cannot be read"):
+    with pytest.raises(OSError, match=r"cannot make .*test_training\.py/folder"):
         train(out=__file__ + "/folder")
-    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert contents() == before
+
+
+def test_a_folder_of_something_else_stays(short, tmp_path):
+    (tmp_path / "curve.csv").write_text("the user's")
+    for resume in (False, True):
+        with pytest.raises(ValueError, match=r"no run\.json beside it.*choose another folder"):
+            fetch_env.train("FetchReach-v4", short, steps=0, out=tmp_path, resume=resume)
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["the user's"]
 
 
 @pytest.mark.parametrize(

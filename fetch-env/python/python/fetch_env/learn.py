@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,9 +23,6 @@ if TYPE_CHECKING:
 
     from .settings import Settings
 
-#: Seconds between two checkpoints.
-CHECKPOINT_SECONDS = 30.0
-
 
 @dataclass(frozen=True, repr=False)
 class Training:
@@ -42,6 +38,17 @@ class Training:
     """The settings of the learner."""
     interrupted: bool = False
     """Whether Ctrl-C ended it."""
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the policy to a file, for :meth:`Policy.load` and the program's ``--policy``.
+
+        With ``out``, :func:`train` writes the same policy, with its success rate, at the end of a
+        run: ``policy.safetensors``.
+
+        Raises:
+            OSError: If the file cannot be written.
+        """
+        self.policy.save(path)
 
     def __repr__(self) -> str:
         """Return the environment, and how far the run has come."""
@@ -98,7 +105,7 @@ def train(  # noqa: PLR0913
     ``False``::
 
         def keep(row):
-            row.policy().save("policy.safetensors")
+            row.policy().save("best.safetensors")
             return row["counters"]["seconds"] < 600
 
         training = fetch_env.train("FetchPush-v4", progress=keep)
@@ -106,9 +113,11 @@ def train(  # noqa: PLR0913
     An exception, such as one of that function, has what was reached in its attribute ``training``,
     unless the policy is no longer finite.
 
-    With ``out``, checkpoints are saved every half minute and at the end, whatever ends it. If the
-    program or the machine stops, call it again with ``resume=True``: it continues with the same
-    bits as if it had not been stopped.
+    With ``out``, the run has a folder as those of the program ``fetch-env train``: ``curve.csv``,
+    ``run.json``, checkpoints of every half minute and of the end, whatever ends it, and after its
+    last step or its target ``policy.safetensors`` and ``page.html``. If the process or the machine
+    stops, call it again with ``resume=True``, or run ``fetch-env train --resume``: either continues
+    what the other began, with the same bits as if it had not been stopped.
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
@@ -119,16 +128,16 @@ def train(  # noqa: PLR0913
         target: Success rate at which it ends, reached in two evaluations in a row; ``None`` to use
             all steps.
         num_threads: Number of threads; 0 for one for each core.
-        out: Folder of checkpoints, which one run at a time uses.
-        resume: Whether to continue the run whose checkpoints are in ``out``, if there are any.
+        out: Folder of the run, which one process at a time uses.
+        resume: Whether to continue the run in ``out``, if there is one.
         progress: Whether to show progress on standard error, or a function that takes each row of
             the curve as a :class:`CurveRow`.
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
-        ValueError: If an argument or a setting is out of its range, ``out`` has the checkpoints of
-            another run, or the training diverges.
-        OSError: If a checkpoint cannot be written or read.
+        ValueError: If an argument or a setting is out of its range, ``out`` has another run or is
+            in use, or the training diverges.
+        OSError: If a file of the run cannot be written or read.
         FileNotFoundError: If there is no such model.
         fetch_env.SimulationError: If the physics became unstable.
     """
@@ -138,59 +147,54 @@ def train(  # noqa: PLR0913
     if not isinstance(resume, bool):
         message = f"resume is {resume!r}: pass True or False"
         raise TypeError(message)
+    if resume and out is None:
+        message = "there is nothing to resume: pass the folder of the run as out"
+        raise ValueError(message)
     # The function may change the current directory.
     out = None if out is None else Path(out).absolute()
     learner = preset if isinstance(preset, str) else json.dumps(preset)
     config = make_config(env_id, **settings)
-    resumed = _resumed(out, resume=resume)
-    trainer = _native.Trainer(config, learner, seed, steps, target, num_threads, resumed)
-    if out is not None and resumed is None:
-        # What prevents it is known before the run.
-        trainer.save(out)
+    trainer = _native.Trainer(config, learner, seed, steps, target, num_threads, out, resume)
     shown = Progress(f"{config.env_id}, seed {seed}", steps) if progress is True else None
     interrupted = False
     try:
         try:
-            _run(trainer, out, progress if callable(progress) else None, shown)
+            _run(trainer, progress if callable(progress) else None, shown)
         except KeyboardInterrupt:
             interrupted = True
-        finally:
-            if shown is not None:
-                shown.close()
-            if out is not None and not trainer.has_failed():
-                trainer.save(out)
         return _training(trainer, interrupted=interrupted)
     except BaseException as error:
         with contextlib.suppress(Exception):
             error.__dict__["training"] = _training(trainer, interrupted=interrupted)
         raise
-
-
-def _resumed(out: Path | None, *, resume: bool) -> Path | None:
-    """Return the folder whose run goes on, if any."""
-    if out is None:
-        if resume:
-            message = "there is nothing to resume: pass the folder of the checkpoints as out"
-            raise ValueError(message)
-        return None
-    if not _native.has_checkpoints(out):
-        return None
-    if not resume:
-        message = f"{out} has checkpoints of a run: pass resume=True, or choose another folder"
-        raise ValueError(message)
-    return out
+    finally:
+        trainer.close()
 
 
 def _run(
     trainer: _native.Trainer,
-    out: Path | None,
     watch: Callable[[CurveRow], object] | None,
     shown: Progress | None,
 ) -> None:
-    """Train to the end, or until ``watch`` returns ``False``."""
-    saved = time.monotonic()
-    while not trainer.is_over():
-        json_row = trainer.cycle()
+    """Train to the end, or until ``watch`` returns ``False``, and save what was reached."""
+    try:
+        _take_cycles(trainer, watch, shown)
+    finally:
+        if shown is not None:
+            shown.close()
+        trainer.save()
+    trainer.finish()
+
+
+def _take_cycles(
+    trainer: _native.Trainer,
+    watch: Callable[[CurveRow], object] | None,
+    shown: Progress | None,
+) -> None:
+    while True:
+        goes_on, json_row = trainer.cycle()
+        if not goes_on:
+            return
         row = None if json_row is None else CurveRow(json.loads(json_row), trainer)
         if shown is not None:
             shown.show(trainer.steps(), row)
@@ -201,9 +205,6 @@ def _run(
                 row._close()  # noqa: SLF001
             if isinstance(answer, (bool, np.bool_)) and not answer:
                 return
-        if out is not None and time.monotonic() - saved >= CHECKPOINT_SECONDS:
-            trainer.save(out)
-            saved = time.monotonic()
 
 
 def _training(trainer: _native.Trainer, *, interrupted: bool) -> Training:

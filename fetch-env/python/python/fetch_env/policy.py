@@ -33,7 +33,7 @@ class Policy:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Policy:
-        """Load a file that :meth:`save` or ``cargo xtask train`` wrote.
+        """Load a file that :meth:`save` or ``fetch-env train`` wrote.
 
         Raises:
             OSError: If the file cannot be read.
