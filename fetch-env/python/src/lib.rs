@@ -13,6 +13,7 @@ mod learn;
 mod model;
 mod pictures;
 mod policy;
+mod program;
 mod reset;
 mod signals;
 mod variation;
@@ -41,6 +42,8 @@ mod _native {
     use crate::model::{has_reference_model, library_path, unpack_reference_model, use_library};
     #[pymodule_export]
     use crate::policy::Policy;
+    #[pymodule_export]
+    use crate::program::run_program;
     #[pymodule_export]
     use crate::vec_env::VecEnv;
     #[pymodule_export]
