@@ -408,3 +408,22 @@ fn names_of_curves_lead_to_no_other_folder() -> Result {
     assert_eq!(names(&curves)?.len(), 3 * 5, "{:?}", names(&curves)?);
     Ok(())
 }
+
+#[test]
+fn a_run_in_a_varied_world_resumes_to_the_same_bits() -> Result {
+    let folder = tempdir()?;
+    let [whole, killed] = ["whole", "killed"].map(|name| folder.path().join(name));
+    let flags = "--seed 2 --steps 400 --vary gravity=5..12 --vary observation_noise=0.01";
+    output_of(&mut train(flags, &whole))?;
+    let mut run = start(flags, &killed)?;
+    run.kill()?;
+    run.wait()?;
+    output_of(&mut resume(&killed))?;
+    assert!(policy(&whole)? == policy(&killed)?, "the policies differ");
+    let plain = folder.path().join("plain");
+    output_of(&mut train("--seed 2 --steps 400", &plain))?;
+    assert!(policy(&whole)? != policy(&plain)?, "nothing varies");
+    let text = fs::read_to_string(whole.join("run.json"))?;
+    assert!(text.contains(r#""gravity""#) && text.contains("observation_noise=0.01"), "{text}");
+    Ok(())
+}

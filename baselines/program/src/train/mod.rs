@@ -76,6 +76,10 @@ pub struct Args {
     /// Change a setting, such as gamma=0.98; can be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Let a number of the world differ between episodes, such as object_mass=0.5..4,
+    /// friction=log:0.5..2, action_delay=0,1 or observation_noise=0.02; can be given several times
+    #[arg(long, value_name = "NAME=DRAW")]
+    vary: Vec<String>,
     /// Model of the robot
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
@@ -88,13 +92,13 @@ pub struct Args {
     overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
     #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs"])]
-    #[arg(conflicts_with_all = ["demos", "updates", "set", "model", "out", "overwrite"])]
+    #[arg(conflicts_with_all = ["demos", "updates", "set", "vary", "model", "out", "overwrite"])]
     resume: Option<PathBuf>,
     /// Run every setting of a grid with every seed, one run per thread; the same command continues
     /// where it stopped. The file is JSON: env_id, preset, steps and target as in the flags, seeds
     /// (a list), and set (an object with a list of values for each key of --set)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["env_id", "preset", "algorithm", "seed"])]
-    #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "model"])]
+    #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "vary", "model"])]
     #[arg(conflicts_with_all = ["overwrite", "resume", "mpi"])]
     grid: Option<PathBuf>,
     /// Minimum number of seconds between two checkpoints
@@ -114,6 +118,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     }
     // Reports wrong usage before the ranks meet.
     let settings = options::settings(args)?;
+    options::varied(args)?;
     let signals = Signals::listen()?;
     share_run(&args.ranks, &options::facts(args), |workers| {
         run_shared(args, &settings, &signals, workers)
@@ -183,7 +188,7 @@ fn start(
         None => PathBuf::from("results/train").join(name),
     };
     let is_first = workers.rank() == 0;
-    let (description, settings) = (describe(args, seed), settings.clone());
+    let (description, settings) = (describe(args, seed)?, settings.clone());
     let new = NewRun { description, settings, overwrite: args.overwrite };
     new.begin(path, args.threads.get(), workers, |trainer| {
         let Some(demos) = &args.demos else { return Ok(()) };
@@ -196,7 +201,7 @@ fn start(
 }
 
 /// Describes the run that the flags ask for.
-fn describe(args: &Args, seed: u64) -> RunDescription {
+fn describe(args: &Args, seed: u64) -> anyhow::Result<RunDescription> {
     let mut description = RunDescription::new(args.env_id, args.preset, seed);
     let (steps, target) = limits(args.env_id.task);
     description.model = args.model.of_run();
@@ -204,8 +209,9 @@ fn describe(args: &Args, seed: u64) -> RunDescription {
     description.target = args.target.unwrap_or(target);
     description.updates = args.updates;
     description.demos.clone_from(&args.demos);
+    description.config = options::varied(args)?;
     description.changes = options::changes(args);
-    description
+    Ok(description)
 }
 
 /// Says that nothing holds off other processes, if that is so.

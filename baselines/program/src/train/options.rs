@@ -8,7 +8,8 @@ use baselines::{
     learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
     workers::share,
 };
-use fetch_env::{FetchObservation, GoalEnv, MujocoEnv, make};
+use fetch_env::variation::{Draw, Variation};
+use fetch_env::{Env, FetchConfig, FetchObservation, GoalEnv, MakeError, MujocoEnv, make};
 use goal_reward::GoalReward;
 use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError, files::read};
 use rand::{RngExt, SeedableRng};
@@ -27,7 +28,7 @@ pub enum AlgorithmChoice {
 }
 
 /// Returns what all ranks of a run must have in common, besides the settings.
-pub fn facts(args: &Args) -> [(&'static str, String); 10] {
+pub fn facts(args: &Args) -> [(&'static str, String); 11] {
     [
         ("command", "train".to_owned()),
         ("--env-id", args.env_id.to_string()),
@@ -38,6 +39,7 @@ pub fn facts(args: &Args) -> [(&'static str, String); 10] {
         ("--updates", format!("{:?}", args.updates)),
         ("--target", format!("{:?}", args.target)),
         ("--demos", format!("{:?}", args.demos)),
+        ("--vary", format!("{:?}", args.vary)),
         ("--resume", format!("{:?}", args.resume)),
     ]
 }
@@ -66,12 +68,37 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
     Ok(settings)
 }
 
+/// Returns the settings of an environment whose world varies, if `--vary` asks for one.
+pub fn varied(args: &Args) -> anyhow::Result<Option<FetchConfig>> {
+    if args.vary.is_empty() {
+        return Ok(None);
+    }
+    let wrong =
+        |text: &str, error: &dyn std::fmt::Display| usage(format_args!("--vary {text}: {error}"));
+    let mut variation = Variation::default();
+    for text in &args.vary {
+        let (name, draw) = text.split_once('=').ok_or_else(|| wrong(text, &"write NAME=DRAW"))?;
+        let draw: Draw = draw.parse().map_err(|error| wrong(text, &error))?;
+        variation = variation.with(name, draw).map_err(|error| wrong(text, &error))?;
+    }
+    let config = args.env_id.config().with_variation(variation);
+    let all = args.vary.join(" ");
+    let mut env =
+        make(config.clone().with_model(args.model.source())).map_err(|error| match error {
+            MakeError::Variation(error) => wrong(&all, &error),
+            error => error.into(),
+        })?;
+    env.reset(Some(0)).map_err(|error| wrong(&all, &error))?;
+    Ok(Some(config))
+}
+
 /// Returns the flags of a run that change what the preset says.
 pub fn changes(args: &Args) -> Vec<String> {
     let algorithm = args.algorithm.map(flag_name);
     let num_envs = args.envs.map(|envs| format!("envs={envs}"));
     let model = (args.model != ModelChoice::Builtin).then(|| flag_name(args.model));
-    [algorithm, num_envs, model].into_iter().flatten().chain(args.set.iter().cloned()).collect()
+    let flags = [algorithm, num_envs, model].into_iter().flatten();
+    flags.chain(args.set.iter().chain(&args.vary).cloned()).collect()
 }
 
 /// The noise of scripted episodes, so that the policy also sees the results of mistakes.

@@ -1,6 +1,6 @@
 //! How a number is chosen for each episode.
 
-use std::ops::RangeInclusive;
+use std::{ops::RangeInclusive, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +66,29 @@ impl Draw {
                 let at = (random.uniform(0.0, 1.0) * values.len() as f64) as usize;
                 values[at.min(values.len() - 1)]
             }
+        }
+    }
+}
+
+/// Reads a draw as a command line has it: `0.02`, `0.5..4`, `log:0.5..4`, or a choice such as
+/// `0,1,2`.
+impl FromStr for Draw {
+    type Err = VariationError;
+
+    fn from_str(text: &str) -> Result<Self, VariationError> {
+        let unreadable = |_| VariationError::Unreadable { text: text.into() };
+        let number = |number: &str| number.trim().parse::<f64>().map_err(unreadable);
+        let (is_even, range) = match text.strip_prefix("log:") {
+            Some(range) => (false, range),
+            None => (true, text),
+        };
+        match range.split_once("..") {
+            Some((low, high)) if is_even => Ok(Self::Uniform(number(low)?, number(high)?)),
+            Some((low, high)) => Ok(Self::LogUniform(number(low)?, number(high)?)),
+            None if text.contains(',') => {
+                Ok(Self::Choice(text.split(',').map(number).collect::<Result<_, _>>()?))
+            }
+            None => Ok(Self::Fixed(number(text)?)),
         }
     }
 }

@@ -50,6 +50,12 @@ pub enum VariationError {
         /// The names of the environment's factors, the most similar ones.
         nearest: Vec<String>,
     },
+    /// A text that is no [`Draw`](super::draw::Draw).
+    #[error("{text:?} is no draw: write a number, 0.5..4, log:0.5..4, or a choice such as 0,1,2")]
+    Unreadable {
+        /// The text.
+        text: String,
+    },
     /// A number that the simulator cannot vary.
     #[error(transparent)]
     Sim(#[from] SimError),
