@@ -94,7 +94,8 @@ fn mark(path: &Path, num_parents: usize) -> io::Result<File> {
     let mut file = File::create_new(path)?;
     // Without locks nothing tells whether this process still runs, and so nothing is proved.
     if file.lock().is_ok() {
-        writeln!(file, "{MARKED}{num_parents}")?;
+        // In one call, so that a killed process leaves the whole mark or none.
+        file.write_all(format!("{MARKED}{num_parents}\n").as_bytes())?;
     }
     Ok(file)
 }

@@ -154,7 +154,13 @@ fn folders_that_a_killed_process_made_are_removed_if_nothing_is_in_them() -> Res
             fs::remove_dir_all(path)?;
         }
     }
-    if hidden(&out)?.is_empty() || out.join("0/minari").join(NAME).exists() {
+    // A folder without a written file has no mark yet that says whose it is.
+    let is_marked = |folder: &PathBuf| {
+        let mut files = fs::read_dir(folder).into_iter().flatten().flatten();
+        files.any(|file| file.metadata().is_ok_and(|data| data.is_file() && data.len() > 0))
+    };
+    let left = hidden(&out)?;
+    if left.is_empty() || !left.iter().all(is_marked) || out.join("0/minari").join(NAME).exists() {
         // It was killed a moment too early or too late.
         return Ok(());
     }
