@@ -102,7 +102,7 @@ fn numbers_that_no_run_has_are_refused_with_their_file() -> Result {
         let errors = errors_of(&output);
         assert_eq!(output.status.code(), Some(1), "{errors}");
         assert!(
-            errors.contains(&format!("{NAME}.csv: ")) && errors.contains("line: 2"),
+            errors.contains(&format!("{NAME}.csv is not a curve: ")) && errors.contains("line: 2"),
             "{errors}"
         );
     }
@@ -113,7 +113,7 @@ fn numbers_that_no_run_has_are_refused_with_their_file() -> Result {
         let output = learning_curves(folder.path()).arg(&run).output()?;
         let errors = errors_of(&output);
         assert_eq!(output.status.code(), Some(1), "{errors}");
-        assert!(errors.contains("curve.csv: "), "{errors}");
+        assert!(errors.contains("curve.csv is not a curve: "), "{errors}");
     }
     // The least and the largest that are drawn.
     for line in ["0,0,0,0.0,0.0,0.0,0.0", "0,18446744073709551615,0,1e12,1.0,0.0,0.0"] {
@@ -137,7 +137,8 @@ fn other_files_in_the_folder_stay() -> Result {
     let curve = folder.path().join(NAME).with_extension("csv");
     fs::write(&curve, &with_notes)?;
     let errors = errors_of(&learning_curves(folder.path()).arg(&run).output()?);
-    assert!(errors.contains(&format!("{NAME}.csv: ")) && errors.contains("note"), "{errors}");
+    let refused = errors.contains(&format!("{NAME}.csv is not a curve: "));
+    assert!(refused && errors.contains("note"), "{errors}");
     assert_eq!(fs::read_to_string(&curve)?, with_notes);
     fs::remove_file(&curve)?;
     // A picture without a curve beside it.
