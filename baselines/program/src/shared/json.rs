@@ -129,6 +129,7 @@ pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// The file cannot be written, or a folder, a pipe or the like has its name.
+#[cfg(feature = "full")]
 pub(crate) fn replace_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     files::replace_entry(path, |file| file.write_all(bytes))
         .with_context(|| format!("cannot write {}", path.display()))
