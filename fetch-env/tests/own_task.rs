@@ -310,6 +310,9 @@ fn numbers_of_an_own_task_vary_by_name() -> Result {
     let height = env.inner().variation().get("height").ok_or("it varies")?;
     assert!((0.1..=0.2).contains(&height));
     assert_eq!(start.desired_goal(), [1.3, 0.75, 0.5 + height]);
+    // Each episode draws again, although the task itself draws nothing.
+    env.reset(None)?;
+    assert_ne!(env.inner().variation().get("height"), Some(height));
     let options = FetchResetOptions::default().with_factor("width", 0.25);
     let start = env.reset_with(Some(1), &options)?.observation;
     assert_eq!(start.desired_goal(), [1.3, 1.0, 0.5 + height]);
@@ -324,5 +327,57 @@ fn numbers_of_an_own_task_vary_by_name() -> Result {
         error.starts_with(r#"there is no factor "heigth": the nearest are height, "#),
         "{error}"
     );
+    Ok(())
+}
+
+/// Reach, whose episode begins after another reset of the simulator.
+struct Restarting;
+
+impl<S: Simulator> FetchTask<S> for Restarting {
+    fn goal_len(&self) -> usize {
+        3
+    }
+
+    fn begin_episode(
+        &self,
+        _: &FetchConfig,
+        simulator: &mut S,
+        _: &mut NpRandom,
+        _: &mut [f64],
+    ) -> Result<(), EnvError> {
+        Ok(simulator.reset(None)?)
+    }
+
+    fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError> {
+        achieved_goal.copy_from_slice(simulator.gripper().position.as_slice());
+        Ok(())
+    }
+}
+
+#[test]
+fn a_task_that_drops_the_varied_physics_is_refused() -> Result {
+    let config = FetchConfig::new(Task::Reach, RewardKind::Sparse);
+    let simulator = KinematicSimulator::new(config.sim());
+    let mut env = FetchEnv::new(config, simulator)?.with_task(Restarting)?;
+    env.reset(Some(0))?;
+    let options = FetchResetOptions::default().with_factor("gravity", 5.0);
+    let error = env.reset_with(None, &options).err().ok_or("reset")?.to_string();
+    assert!(error.contains("call reset_varied()"), "{error}");
+    Ok(())
+}
+
+#[test]
+fn a_snapshot_after_a_failed_varied_reset_is_restored() -> Result {
+    let config = FetchConfig::new(Task::Reach, RewardKind::Sparse);
+    let simulator = KinematicSimulator::new(config.sim());
+    let mut env = FetchEnv::new(config, simulator)?.with_task(Restarting)?;
+    env.reset(Some(0))?;
+    let options = FetchResetOptions::default().with_factor("action_delay", 3.0);
+    env.reset_with(None, &options)?;
+    let failing = FetchResetOptions::default().with_factor("gravity", 5.0);
+    assert!(env.reset_with(None, &failing).is_err());
+    let snapshot = env.snapshot();
+    env.restore(&snapshot)?;
+    assert_eq!(env.step(&[0.0; 4]), Err(EnvError::ResetNeeded));
     Ok(())
 }

@@ -51,6 +51,8 @@ pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     pub(super) goal: Option<Goal>,
     /// What differs from the model in this episode.
     pub(super) varied: Varied,
+    /// The number of episodes since the seed for which something was drawn beside `random`.
+    pub(super) varied_episodes: u64,
     pub(super) interface: Interface,
 }
 
@@ -77,6 +79,7 @@ impl<S: Simulator> FetchEnv<S> {
             random: None,
             goal: None,
             varied: Varied::default(),
+            varied_episodes: 0,
             interface: Interface::default(),
         }
         .with_own_symmetries())
@@ -124,6 +127,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             random: self.random,
             goal: self.goal,
             varied: self.varied,
+            varied_episodes: self.varied_episodes,
             interface: self.interface,
         }
     }
@@ -139,7 +143,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
     where
         S: Simulator,
     {
-        let Self { config, reward, simulator, action_space, random, .. } = self;
+        let Self { config, reward, simulator, action_space, random, varied_episodes, .. } = self;
         let lengths = Lengths::of(&task);
         let observation_space = observation_space(&config, lengths)?;
         let goal = None;
@@ -155,6 +159,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             random,
             goal,
             varied: Varied::default(),
+            varied_episodes,
             interface: Interface::default(),
         })
     }
@@ -299,6 +304,9 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> Env for FetchEnv<S, R, T> {
             (None, Some(random)) => random.clone(),
             (None, None) => NpRandom::from_entropy()?,
         };
+        if seed.is_some() {
+            self.varied_episodes = 0;
+        }
         // There is no goal until everything has succeeded, so a failure requires another reset.
         self.goal = None;
         let goal = self.begin_episode(options, &mut random);

@@ -22,7 +22,7 @@ pub(super) struct Interface {
     passed: Option<[f64; ACTION_LEN]>,
     /// The seed of the episode's noise.
     seed: u64,
-    /// Actions so far.
+    /// The number of actions so far.
     step: u64,
 }
 
@@ -105,8 +105,7 @@ impl Interface {
 
     /// Returns the generator of a step's noise.
     fn noise(&self, noise: Noise) -> NpRandom {
-        let number = 2 * self.step + noise as u64;
-        NpRandom::new(self.seed.wrapping_add(number.wrapping_mul(0x9e37_79b9_7f4a_7c15)))
+        NpRandom::numbered(self.seed, self.step.wrapping_mul(2).wrapping_add(noise as u64))
     }
 
     /// Checks a state that was loaded.

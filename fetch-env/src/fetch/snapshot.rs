@@ -24,6 +24,8 @@ pub struct FetchSnapshot<S> {
     #[serde(default)]
     varied: Varied,
     #[serde(default)]
+    varied_episodes: u64,
+    #[serde(default)]
     interface: Interface,
 }
 
@@ -37,6 +39,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
             random: self.random.clone(),
             goal: self.goal.clone(),
             varied: self.varied.clone(),
+            varied_episodes: self.varied_episodes,
             interface: self.interface.clone(),
         }
     }
@@ -72,6 +75,9 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
         }
         self.simulator.restore(&snapshot.simulator)?;
         self.varied.clone_from(varied);
+        // Only the simulator knows what it restored.
+        self.varied.physics = self.simulator.physics();
+        self.varied_episodes = snapshot.varied_episodes;
         self.interface.clone_from(interface);
         self.random.clone_from(&snapshot.random);
         self.goal.clone_from(&snapshot.goal);

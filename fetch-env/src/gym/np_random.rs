@@ -73,12 +73,17 @@ impl NpRandom {
         self.draws
     }
 
-    /// Returns the generator that numpy's `jumped()` gives: its numbers are independent of this one's,
-    /// which stays as it is.
-    pub(crate) fn jumped(&self) -> SideRandom {
-        let mut pcg = self.pcg.clone();
-        pcg.advance(JUMP);
-        SideRandom(pcg)
+    /// Returns one of the generators that follow from a seed, each independent of the others.
+    pub(crate) fn numbered(seed: u64, number: u64) -> Self {
+        // Different seeds for different numbers, of which the seed sequence makes different states.
+        const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
+        Self::new(seed.wrapping_add(number.wrapping_mul(ODD)))
+    }
+
+    /// Returns a generator that follows from this one, which stays as it is, and a number. It is
+    /// independent of this one and of those for other numbers.
+    pub(crate) fn beside(&self, number: u64) -> Self {
+        Self::numbered(self.clone().next_u64(), number)
     }
 
     /// Draws numpy's `random()`: uniform over the multiples of 2^-53 in [0, 1).
@@ -101,24 +106,6 @@ impl NpRandom {
     /// operation.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.random()
-    }
-}
-
-/// The distance of numpy's `PCG64.jumped()`: 2^128 divided by the golden ratio.
-const JUMP: u128 = 0x9e37_79b9_7f4a_7c15_f39c_c060_5ced_c835;
-
-/// A generator beside an environment's own.
-pub(crate) struct SideRandom(Pcg64);
-
-impl SideRandom {
-    /// Draws a seed.
-    pub(crate) fn seed(&mut self) -> u64 {
-        self.0.next_u64()
-    }
-
-    /// Draws numpy's `uniform(low, high)`.
-    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * unit_interval(self.0.next_u64())
     }
 }
 
@@ -220,6 +207,19 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn standard_normal_numbers_are_normal() {
+        const COUNT: usize = 100_000;
+        let mut random = NpRandom::new(0);
+        let numbers: Vec<f64> = (0..COUNT).map(|_| random.standard_normal()).collect();
+        for (bound, share) in [(0.0, 0.5), (1.0, 0.841_345), (-1.0, 0.158_655), (2.0, 0.977_250)] {
+            let below = numbers.iter().filter(|&&number| number < bound).count() as f64;
+            // Four standard errors.
+            let error = 4.0 * (share * (1.0 - share) / COUNT as f64).sqrt();
+            assert!((below / COUNT as f64 - share).abs() < error, "{below} below {bound}");
+        }
+    }
 
     #[derive(Deserialize)]
     struct Golden {

@@ -14,7 +14,7 @@ const MAX_PRIORITY: f64 = 1e200;
 #[serde(deny_unknown_fields)]
 pub struct Priorities {
     unit: PriorityUnit,
-    #[serde(default = "NewPriority::of_paper")]
+    #[serde(default)]
     new_priority: NewPriority,
 }
 
@@ -22,7 +22,7 @@ impl Priorities {
     /// Creates settings that give every `unit` a priority.
     #[must_use]
     pub const fn new(unit: PriorityUnit) -> Self {
-        Self { unit, new_priority: NewPriority::of_paper() }
+        Self { unit, new_priority: NewPriority::Highest }
     }
 
     settings! {
@@ -52,20 +52,15 @@ pub enum PriorityUnit {
 }
 
 /// The priority of new transitions or episodes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NewPriority {
-    /// The highest priority set so far, and at least 1, so that new transitions are soon drawn.
+    /// The default: the highest priority set so far, and at least 1, so that new transitions are soon
+    /// drawn.
+    #[default]
     Highest,
     /// A fixed priority, from 0 to 1e200.
     Given(f64),
-}
-
-impl NewPriority {
-    /// The default.
-    const fn of_paper() -> Self {
-        Self::Highest
-    }
 }
 
 /// Error returned for priorities that cannot be set. The buffer is unchanged.

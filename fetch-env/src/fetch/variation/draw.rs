@@ -5,7 +5,7 @@ use std::{ops::RangeInclusive, str::FromStr};
 use serde::{Deserialize, Serialize};
 
 use super::error::VariationError;
-use crate::gym::np_random::SideRandom;
+use crate::gym::np_random::NpRandom;
 
 /// How a number is chosen for each episode.
 ///
@@ -53,7 +53,7 @@ impl Draw {
         }
     }
 
-    pub(super) fn draw(&self, random: &mut SideRandom) -> f64 {
+    pub(super) fn draw(&self, random: &mut NpRandom) -> f64 {
         match self {
             Self::Fixed(value) => *value,
             // Rounding must not leave the range.
@@ -63,7 +63,7 @@ impl Draw {
                 libm::exp(exponent).clamp(*low, *high)
             }
             Self::Choice(values) => {
-                let at = (random.uniform(0.0, 1.0) * values.len() as f64) as usize;
+                let at = (random.random() * values.len() as f64) as usize;
                 values[at.min(values.len() - 1)]
             }
         }

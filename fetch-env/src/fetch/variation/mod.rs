@@ -17,13 +17,13 @@ use self::{
     factor::Factor,
     interface::{InterfaceFactor, InterfaceNumbers},
 };
-use crate::gym::np_random::SideRandom;
+use crate::gym::np_random::NpRandom;
 use crate::gym::registry::sort_by_similarity;
 
 /// Numbers that differ between episodes, and how each is drawn.
 ///
-/// A reset draws them from the generator that numpy's `jumped()` gives, so that objects and goals
-/// start where they do without a variation. Numbers that are not in it are the model's.
+/// A reset draws them from a generator beside the environment's own, so that objects and goals start
+/// where they do without a variation. Numbers that are not in it are the model's.
 ///
 /// ```
 /// use fetch_env::variation::{Draw, Variation};
@@ -132,7 +132,7 @@ impl Varied {
     pub(super) fn draw(
         variation: &Variation,
         fixed: &BTreeMap<Factor, f64>,
-        random: &mut SideRandom,
+        random: &mut NpRandom,
     ) -> Result<Self, VariationError> {
         let mut varied = Self::default();
         for (factor, draw) in variation.iter() {

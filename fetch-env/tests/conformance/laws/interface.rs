@@ -105,7 +105,7 @@ pub(crate) fn noise_of_observations_leaves_goals_and_rewards<B: Backend>() -> Re
     Ok(())
 }
 
-pub(crate) fn noise_of_actions_is_normal_and_follows_from_the_seed<B: Backend>() -> Result {
+pub(crate) fn noise_of_actions_follows_from_the_seed<B: Backend>() -> Result {
     let id: EnvId = "FetchReach-v4".parse()?;
     let factors = [("action_noise", 0.1)];
     let still = vec![[0.0; 4]; STEPS];

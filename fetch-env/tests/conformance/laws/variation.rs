@@ -65,6 +65,25 @@ pub(crate) fn objects_and_goals_start_where_they_do_without_a_variation<B: Backe
     Ok(())
 }
 
+pub(crate) fn no_number_is_drawn_twice<B: Backend>() -> Result {
+    let names = ["gravity", "friction", "action_scale", "action_noise", "observation_noise"];
+    for id in EnvId::ALL {
+        let draws = names
+            .into_iter()
+            .try_fold(Variation::default(), |variation, name| variation.with(name, 0.2..=0.9));
+        let mut env = make_with_config::<B>(id.config().with_variation(draws?))?;
+        let mut drawn = Vec::new();
+        for episode in 0..40 {
+            env.reset((episode == 0).then_some(9))?;
+            drawn.extend(env.inner().variation().iter().map(|(_, number)| number));
+        }
+        drawn.sort_by(f64::total_cmp);
+        drawn.dedup();
+        assert_eq!(drawn.len(), 40 * names.len(), "{id}");
+    }
+    Ok(())
+}
+
 pub(crate) fn a_seed_gives_the_same_numbers_and_steps_again<B: Backend>() -> Result {
     for id in EnvId::ALL {
         let run = |before: u64| -> Result<_> {

@@ -36,8 +36,6 @@ const FINGERS: [&str; 2] = ["robot0:r_gripper_finger_link", "robot0:l_gripper_fi
 
 /// Degrees of freedom of a free joint.
 const FREE_DOFS: usize = 6;
-/// Numbers of `actuator_gainprm` and `actuator_biasprm` for each actuator.
-const ACTUATOR_NUMBERS: usize = 10;
 
 /// Where the numbers are that may vary.
 #[derive(Debug, Default)]
@@ -166,9 +164,10 @@ impl Places {
             varied.array_mut(EqSolref)[at] = varied.base(EqSolref)[at] / stiffness.sqrt();
         }
         let strength = physics.scale(Factor::FingerStrength);
-        for actuator in self.finger_actuators.iter().map(|actuator| actuator * ACTUATOR_NUMBERS) {
+        for actuator in &self.finger_actuators {
             // A position servo: its force is gain * target - gain * position.
-            for (array, at) in [(ActuatorGainprm, actuator), (ActuatorBiasprm, actuator + 1)] {
+            for (array, number) in [(ActuatorGainprm, 0), (ActuatorBiasprm, 1)] {
+                let at = actuator * (varied.base(array).len() / model.nu()) + number;
                 varied.array_mut(array)[at] = varied.base(array)[at] * strength;
             }
         }
