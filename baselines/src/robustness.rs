@@ -1,4 +1,4 @@
-//! How a policy's success depends on a number of the world, such as the noise of observations.
+//! How a policy's success depends on a factor of the environment, such as observation noise.
 //!
 //! ```
 //! use baselines::robustness::{RobustnessCurve, SuccessAt};
@@ -24,10 +24,10 @@ use serde::{Deserialize, Serialize};
 use crate::evaluate::{Evaluation, EvaluationError, Summary};
 use crate::statistics::Estimate;
 
-/// How a policy does at the values of one number of the world.
+/// How a policy does at several values of one factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobustnessCurve {
-    /// The number's name, such as `observation_noise`.
+    /// The factor's name, such as `observation_noise`.
     pub factor: String,
     /// The values, in the order in which they were measured.
     pub points: Vec<RobustnessPoint>,

@@ -43,7 +43,7 @@
 //! |---|---|
 //! | make a Fetch environment by its id | `make`, or [`make_kinematic`] without MuJoCo |
 //! | change its settings | [`FetchConfig`], made from an [`EnvId`]; pass it to `make` |
-//! | let its world vary between episodes | [`variation::Variation`], set by [`FetchConfig::with_variation`] |
+//! | randomize its physics, or add noise and delay | [`variation::Variation`], set by [`FetchConfig::with_variation`] |
 //! | change its reward, its goals, or what it observes | [`FetchEnv::with_goal_reward`], [`FetchTask`] |
 //! | reset and step any environment | [`Env`] |
 //! | compute the reward of any pair of goals | [`GoalEnv`], [`GoalEnvExt`] |
@@ -82,7 +82,7 @@ mod pictures;
 #[cfg(feature = "mujoco")]
 mod shared;
 
-/// A world that varies: numbers that differ between episodes.
+/// Domain randomization: factors, such as the object's mass, that are drawn for each episode.
 pub mod variation {
     pub use crate::fetch::variation::{
         Variation, Varied, draw::Draw, error::VariationError, factor::Factor,

@@ -1,17 +1,15 @@
-//! `robustness`: how the success of policies depends on numbers of the world.
+//! `robustness`: how the success of policies depends on noise, delays, physics and other factors.
 
-use std::{fmt::Write as _, num::NonZeroUsize, path::PathBuf, str::FromStr, thread};
+use std::{fmt::Write as _, path::PathBuf, str::FromStr};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use baselines::robustness::{RobustnessCurve, SuccessAt};
-use fetch_env::{Env, EnvId, FetchConfig, make, variation::Variation};
-use rayon::ThreadPoolBuilder;
+use fetch_env::{EnvId, FetchConfig, variation::Variation};
 use serde::Serialize;
 
-use crate::evaluate::Evaluating;
 use crate::output::usage;
 use crate::shared::{
-    choice::ModelChoice,
+    episodes::{EpisodeArgs, check_variation},
     json::{Metric, write_results, write_text},
     progress,
 };
@@ -27,26 +25,16 @@ pub struct Args {
     /// Policies, separated by commas: random, scripted, trained, zero, or files of trained ones
     #[arg(long, value_delimiter = ',', default_value = "trained")]
     policy: Vec<String>,
-    /// Number of the world, and its values: observation_noise, action_scale, object_mass, ...
+    /// Factor to sweep, and its values, such as observation_noise=0,0.01,0.02 or object_mass=1,2,4;
+    /// can be given several times
     #[arg(long, value_name = "NAME=VALUE,...", required = true)]
     factor: Vec<Values>,
-    /// Number of the world that has one value throughout
+    /// Factor that has one value throughout; can be given several times
     #[arg(long, value_name = "NAME=VALUE")]
     with: Vec<Values>,
-    /// Number of episodes for each value
-    #[arg(long, default_value = "100")]
-    episodes: NonZeroUsize,
-    /// Seed of the first episode; the others have the seeds that follow
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// Number of threads; results do not depend on it
-    #[arg(long)]
-    #[arg(default_value_t = thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))]
-    #[serde(skip)]
-    threads: NonZeroUsize,
-    /// Model of the robot
-    #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
-    model: ModelChoice,
+    #[command(flatten)]
+    #[serde(flatten)]
+    episodes: EpisodeArgs,
     /// Also write the curves as CSV
     #[arg(long, value_name = "FILE")]
     #[serde(skip)]
@@ -57,7 +45,7 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// A number of the world, and values of it.
+/// A factor, and values of it.
 #[derive(Clone, Debug, Serialize)]
 struct Values {
     factor: String,
@@ -79,24 +67,24 @@ impl FromStr for Values {
 }
 
 impl Args {
-    /// Returns the settings of the environment in which a number has a value.
+    /// Returns the settings of the environment in which a factor has a value.
     fn config(&self, factor: &str, value: f64) -> anyhow::Result<FetchConfig> {
         let mut variation = Variation::default();
         for with in &self.with {
             let [value] = with.values[..] else {
-                anyhow::bail!("--with {} has {} values: pass one", with.factor, with.values.len());
+                bail!("--with {} has {} values: pass one", with.factor, with.values.len());
             };
             variation = variation.with(with.factor.as_str(), value)?;
         }
         let variation = variation.with(factor, value)?;
-        Ok(self.env_id.config().with_model(self.model.source()).with_variation(variation))
+        Ok(self.episodes.config(self.env_id).with_variation(variation))
     }
 
-    /// Checks that the environment has all numbers.
+    /// Checks all values before any episode runs.
     fn check(&self) -> anyhow::Result<()> {
         for Values { factor, values } in &self.factor {
             for &value in values {
-                make(self.config(factor, value)?)?.reset(Some(0))?;
+                check_variation(&self.config(factor, value).map_err(usage)?)?;
             }
         }
         Ok(())
@@ -110,17 +98,17 @@ struct Measured {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
-    args.check().map_err(usage)?;
-    let pool = ThreadPoolBuilder::new().num_threads(args.threads.get()).build()?;
+    args.check()?;
+    let run = &args.episodes;
+    let threads = run.threads()?;
     let values: usize = args.factor.iter().map(|factor| factor.values.len()).sum();
-    let bar = progress::bar(args.episodes.get() * values * args.policy.len(), "episodes");
+    let evaluations = values.saturating_mul(args.policy.len());
+    let bar = progress::bar(run.episodes.get().saturating_mul(evaluations), "episodes");
     let mut measured = Vec::new();
     for Values { factor, values } in &args.factor {
         for policy in &args.policy {
             let evaluate = |value: f64| -> anyhow::Result<_> {
-                let config = args.config(factor, value)?;
-                let (episodes, seed) = (args.episodes.get(), args.seed);
-                Evaluating { config, policy, episodes, seed }.on_all(&pool, &bar)
+                run.evaluate(&args.config(factor, value)?, policy, &threads, &bar)
             };
             let curve = RobustnessCurve::measure(factor, values, evaluate)?;
             measured.push(Measured { policy: policy.clone(), curve });
@@ -142,7 +130,7 @@ fn print(args: &Args, measured: &[Measured]) -> anyhow::Result<()> {
         say!(
             "{}, {policy}, {} episodes for each value; 95 % intervals",
             args.env_id,
-            args.episodes
+            args.episodes.episodes
         )?;
         say!(
             "| {factor} | success at the end | success at any time | final distance (m) |\n|---|---|---|---|"

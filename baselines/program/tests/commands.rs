@@ -93,6 +93,7 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "robustness --factor object_mass=0",
         "robustness --env-id FetchReach-v4 --factor object_mass=1",
         "robustness --factor gravity=9 --with friction=1,2",
+        "robustness --factor gravity=9 --episodes 0",
         "play --policy nothing",
         "collect --format ogbench --out nothing --snapshots",
         "datasets --out nothing --only nothing",
@@ -105,14 +106,14 @@ fn wrong_usage_is_exit_code_2() -> Result {
 
 #[test]
 fn an_evaluation_starts_no_more_threads_than_it_has_episodes_and_never_thousands() -> Result {
-    let evaluate = |episodes: &str| {
-        let mut command = fetch("evaluate --policy zero --threads 40000 --episodes");
-        command.arg(episodes);
-        command
-    };
-    assert!(output_of(&mut evaluate("2"))?.contains("2 episodes"));
-    let refused = errors_of(&evaluate("40000").output()?);
-    assert!(refused.contains("use at most 1024"), "{refused}");
+    for command in ["evaluate", "robustness --factor gravity=9"] {
+        let run = |episodes: &str| {
+            fetch(&format!("{command} --policy zero --threads 40000 --episodes {episodes}"))
+        };
+        assert!(output_of(&mut run("2"))?.contains("2 episodes"), "{command}");
+        let refused = errors_of(&run("40000").output()?);
+        assert!(refused.contains("use at most 1024"), "{refused}");
+    }
     Ok(())
 }
 

@@ -180,13 +180,13 @@ impl FetchConfig {
         Ok(self)
     }
 
-    /// Sets what differs between episodes. By default nothing does.
+    /// Sets the factors that are drawn for each episode: none by default.
     pub fn with_variation(mut self, variation: Variation) -> Self {
         self.variation = variation;
         self
     }
 
-    /// Returns what differs between episodes.
+    /// Returns the factors that are drawn for each episode.
     pub const fn variation(&self) -> &Variation {
         &self.variation
     }

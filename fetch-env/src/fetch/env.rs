@@ -189,7 +189,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
         self.goal.as_deref()
     }
 
-    /// Returns the numbers that differ from the model's in this episode; none until a reset.
+    /// Returns the factors that were drawn or set for this episode; none until a reset.
     #[must_use]
     pub const fn variation(&self) -> &Varied {
         &self.varied

@@ -80,7 +80,7 @@ pub enum MakeError {
         /// The difference between the two.
         reason: String,
     },
-    /// The world cannot vary as the configuration asks.
+    /// The environment cannot draw the configuration's variation.
     #[error(transparent)]
     Variation(#[from] VariationError),
     /// MuJoCo cannot be used, or refuses the model.

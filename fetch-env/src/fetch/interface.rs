@@ -1,4 +1,4 @@
-//! What lies between a policy and the robot: noise, scales, low passes and delays.
+//! What lies between a policy and the robot: low pass, scale, noise and delay.
 
 use std::collections::VecDeque;
 
@@ -15,8 +15,8 @@ use crate::gym::np_random::{MAX_COUNT, NpRandom};
 #[serde(deny_unknown_fields)]
 pub(super) struct Interface {
     numbers: InterfaceNumbers,
-    /// The commands that have been given and have not come yet, the next one first. Each is a
-    /// displacement along x, y, z, in meters, and one of the fingers.
+    /// The delayed commands, the next one first. Each is a displacement along x, y, z, in meters, and
+    /// one of the fingers.
     late: VecDeque<[f64; ACTION_LEN]>,
     /// What came of the last action from the low pass.
     passed: Option<[f64; ACTION_LEN]>,
@@ -79,7 +79,7 @@ impl Interface {
         })
     }
 
-    /// Returns the command that comes now, given the one that the action gives.
+    /// Delays a command, and returns the one that arrives now.
     pub(super) fn delay(&mut self, control: Control) -> Control {
         if self.late.is_empty() {
             return control;

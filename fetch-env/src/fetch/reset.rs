@@ -45,14 +45,14 @@ impl FetchResetOptions {
         self
     }
 
-    /// Sets a number of the world for the episode, such as `"object_mass"`, whether or not the
-    /// environment's [variation](crate::FetchConfig::with_variation) has it.
+    /// Sets a factor, such as `"object_mass"`, for the episode, whether or not the environment's
+    /// [variation](crate::FetchConfig::with_variation) draws it.
     pub fn with_factor(mut self, factor: impl Into<Factor>, value: f64) -> Self {
         self.variation.insert(factor.into(), value);
         self
     }
 
-    /// Returns the numbers of the world that are set.
+    /// Returns the factors that are set.
     pub const fn factors(&self) -> &BTreeMap<Factor, f64> {
         &self.variation
     }

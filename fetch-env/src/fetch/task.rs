@@ -88,8 +88,8 @@ pub trait FetchTask<S: Simulator> {
         desired_goal: &mut [f64],
     ) -> Result<(), EnvError>;
 
-    /// Returns the names of the numbers that a [`Variation`](crate::variation::Variation) may draw for
-    /// this task, besides those of every task: none by default.
+    /// Returns the names of this task's own factors, which a
+    /// [`Variation`](crate::variation::Variation) may draw: none by default.
     fn factors(&self) -> &[&str] {
         &[]
     }

@@ -4,6 +4,8 @@ pub mod check;
 #[cfg(feature = "full")]
 pub mod choice;
 pub(crate) mod env_id;
+#[cfg(feature = "full")]
+pub mod episodes;
 pub mod json;
 pub mod mujoco;
 #[cfg(feature = "full")]

@@ -76,7 +76,7 @@ pub struct Args {
     /// Change a setting, such as gamma=0.98; can be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Let a number of the world differ between episodes, such as object_mass=0.5..4,
+    /// Randomize a factor of the environment at each reset, such as object_mass=0.5..4,
     /// friction=log:0.5..2, action_delay=0,1 or observation_noise=0.02; can be given several times
     #[arg(long, value_name = "NAME=DRAW")]
     vary: Vec<String>,

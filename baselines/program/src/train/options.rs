@@ -1,6 +1,6 @@
 //! The settings that the flags describe, and demonstrations.
 
-use std::{io::Cursor, time::Duration};
+use std::{fmt::Display, io::Cursor, time::Duration};
 
 use anyhow::Context;
 use baselines::{
@@ -9,7 +9,7 @@ use baselines::{
     workers::share,
 };
 use fetch_env::variation::{Draw, Variation};
-use fetch_env::{Env, FetchConfig, FetchObservation, GoalEnv, MakeError, MujocoEnv, make};
+use fetch_env::{FetchConfig, FetchObservation, GoalEnv, MujocoEnv, make};
 use goal_reward::GoalReward;
 use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError, files::read};
 use rand::{RngExt, SeedableRng};
@@ -18,6 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use super::Args;
 use crate::output::usage;
 use crate::shared::choice::{ModelChoice, flag_name};
+use crate::shared::episodes::check_variation;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum AlgorithmChoice {
@@ -68,27 +69,20 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
     Ok(settings)
 }
 
-/// Returns the settings of an environment whose world varies, if `--vary` asks for one.
+/// Returns the settings of the environment whose factors vary, if `--vary` names any.
 pub fn varied(args: &Args) -> anyhow::Result<Option<FetchConfig>> {
     if args.vary.is_empty() {
         return Ok(None);
     }
-    let wrong =
-        |text: &str, error: &dyn std::fmt::Display| usage(format_args!("--vary {text}: {error}"));
     let mut variation = Variation::default();
     for text in &args.vary {
-        let (name, draw) = text.split_once('=').ok_or_else(|| wrong(text, &"write NAME=DRAW"))?;
-        let draw: Draw = draw.parse().map_err(|error| wrong(text, &error))?;
-        variation = variation.with(name, draw).map_err(|error| wrong(text, &error))?;
+        let wrong = |error: &dyn Display| usage(format_args!("--vary {text}: {error}"));
+        let (name, draw) = text.split_once('=').ok_or_else(|| wrong(&"write NAME=DRAW"))?;
+        let draw: Draw = draw.parse().map_err(|error| wrong(&error))?;
+        variation = variation.with(name, draw).map_err(|error| wrong(&error))?;
     }
     let config = args.env_id.config().with_variation(variation);
-    let all = args.vary.join(" ");
-    let mut env =
-        make(config.clone().with_model(args.model.source())).map_err(|error| match error {
-            MakeError::Variation(error) => wrong(&all, &error),
-            error => error.into(),
-        })?;
-    env.reset(Some(0)).map_err(|error| wrong(&all, &error))?;
+    check_variation(&config.clone().with_model(args.model.source()))?;
     Ok(Some(config))
 }
 

@@ -159,8 +159,8 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
                 do not change the sequence of random numbers.
 
         Returns:
-            The first observation, and an info that is empty, like the reference's, unless numbers
-            of the world were drawn or set: ``info["variation"]`` has them.
+            The first observation, and an info that is empty, like the reference's, unless factors
+            were drawn or set: ``info["variation"]`` has them.
         """
         observation = self._native.reset(seed, options)
         if self._numbers is not None:
@@ -247,14 +247,14 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
 
     @attribute("pass options to reset(), or make the environment with it")
     def variation(self) -> dict[str, float]:
-        """The numbers of the world that were drawn or set for the episode, by name."""
+        """The factors that were drawn or set for the episode, by name."""
         return self._native.variation()
 
     @attribute(IS_A_COPY)
     def model(self) -> Any:
         """The model as a ``mujoco.MjModel``, if the package ``mujoco`` is installed.
 
-        It is compiled from the same scene. Its arrays cannot be written to, because that would not
+        It is compiled from the same scene, without what :attr:`variation` changes. Its arrays cannot be written to, because that would not
         change the environment: write to a copy (``copy.copy``), and pass settings when you make it.
         """
         if self._model is None:

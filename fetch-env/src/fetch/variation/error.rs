@@ -2,7 +2,7 @@
 
 use fetch_sim::SimError;
 
-/// Error returned when a world cannot vary as it is asked to.
+/// Error returned for a [`Variation`](super::Variation) that an environment cannot draw.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VariationError {
@@ -28,15 +28,15 @@ pub enum VariationError {
         /// The second number.
         high: f64,
     },
-    /// A logarithm of a number that has none.
-    #[error("{factor} begins at {low}, which has no logarithm: begin above 0, or draw evenly")]
+    /// A log-uniform range that does not start above 0.
+    #[error("{factor} has a log-uniform range from {low}: start above 0, or use a uniform range")]
     NoLogarithm {
         /// The factor's name.
         factor: String,
         /// The smallest number of the range.
         low: f64,
     },
-    /// A choice of nothing.
+    /// A choice without values.
     #[error("{factor} has nothing to choose from: pass at least one number")]
     NoChoice {
         /// The factor's name.
@@ -51,7 +51,7 @@ pub enum VariationError {
         nearest: Vec<String>,
     },
     /// A text that is no [`Draw`](super::draw::Draw).
-    #[error("{text:?} is no draw: write a number, 0.5..4, log:0.5..4, or a choice such as 0,1,2")]
+    #[error("cannot read {text:?}: write a number, 0.5..4, log:0.5..4, or a choice such as 0,1,2")]
     Unreadable {
         /// The text.
         text: String,

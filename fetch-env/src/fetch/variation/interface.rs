@@ -1,4 +1,4 @@
-//! The numbers of an environment's interface that may differ between episodes.
+//! The factors of what lies between a policy and the robot.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +9,10 @@ use super::error::VariationError;
 /// Declares the factors, with their names and bounds.
 macro_rules! factors {
     ($($(#[$doc:meta])* $factor:ident = $name:literal, [$least:literal, $most:expr];)*) => {
-        /// A number of an environment's interface that may differ between episodes.
+        /// A factor of what lies between a policy and the robot.
         ///
-        /// An action passes the low pass, is scaled, gets noise, is clipped as always, and comes
-        /// late. Each of these is exactly nothing at the value that stands with it.
+        /// An action goes through the low pass, is scaled, gets noise, is clipped as always, and is
+        /// delayed. At its neutral value, which each factor names, a stage changes nothing.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[non_exhaustive]
         pub enum InterfaceFactor {
@@ -50,8 +50,8 @@ factors! {
     /// `action_noise`: the standard deviation of normal noise that is added to each element of an
     /// action. None at 0.
     ActionNoise = "action_noise", [0.0, 1e2];
-    /// `action_delay`: the number of whole steps, up to 50, by which actions come late. What is drawn
-    /// is rounded. Until the first action comes, the robot holds its position. None at 0.
+    /// `action_delay`: the number of steps, up to 50, by which actions are delayed. What is drawn is
+    /// rounded. Until the first action arrives, the robot holds its position. None at 0.
     ActionDelay = "action_delay", [0.0, MAX_DELAY];
     /// `observation_noise`: the standard deviation of normal noise that is added to each element of
     /// `observation`, in its unit. The goals, and so the rewards, stay exact. None at 0.

@@ -1,4 +1,4 @@
-//! A world that varies: numbers that differ between episodes.
+//! Domain randomization: factors that are drawn for each episode.
 
 pub(crate) mod draw;
 pub(crate) mod error;
@@ -20,10 +20,10 @@ use self::{
 use crate::gym::np_random::NpRandom;
 use crate::gym::registry::sort_by_similarity;
 
-/// Numbers that differ between episodes, and how each is drawn.
+/// The factors that are drawn for each episode, and how: domain randomization.
 ///
 /// A reset draws them from a generator beside the environment's own, so that objects and goals start
-/// where they do without a variation. Numbers that are not in it are the model's.
+/// where they do without a variation. All other numbers are the model's.
 ///
 /// ```
 /// use fetch_env::variation::{Draw, Variation};
@@ -48,8 +48,8 @@ use crate::gym::registry::sort_by_similarity;
 pub struct Variation(BTreeMap<Factor, Draw>);
 
 impl Variation {
-    /// Lets a number vary; a number or a range may stand for a [`Draw`]. A name that this crate does
-    /// not have is one of a task of your own.
+    /// Adds a factor. A number or a range may stand for a [`Draw`]. A name that this crate does not
+    /// have is a factor of your own task.
     ///
     /// # Errors
     /// [`VariationError::OutOfRange`], [`VariationError::Reversed`],
@@ -117,7 +117,7 @@ impl TryFrom<BTreeMap<Factor, Draw>> for Variation {
     }
 }
 
-/// The numbers that differ from the model's in one episode.
+/// The values that one episode has, where they differ from the model's.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Varied {
@@ -128,7 +128,7 @@ pub struct Varied {
 }
 
 impl Varied {
-    /// Draws the numbers of an episode, and then replaces those that are fixed.
+    /// Draws the values of an episode, and then replaces those that are fixed.
     pub(super) fn draw(
         variation: &Variation,
         fixed: &BTreeMap<Factor, f64>,
