@@ -254,8 +254,9 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     def model(self) -> Any:
         """The model as a ``mujoco.MjModel``, if the package ``mujoco`` is installed.
 
-        It is compiled from the same scene, without what :attr:`variation` changes. Its arrays cannot be written to, because that would not
-        change the environment: write to a copy (``copy.copy``), and pass settings when you make it.
+        It is compiled from the same scene, without what :attr:`variation` changes. Its arrays
+        cannot be written to, because that would not change the environment: write to a copy
+        (``copy.copy``), and pass settings when you make it.
         """
         if self._model is None:
             self._model = simulation.model_of(self._native)

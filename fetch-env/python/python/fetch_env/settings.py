@@ -39,8 +39,8 @@ class Settings(TypedDict, total=False):
     target_in_the_air: bool
     """Whether half of the goals are raised by up to 45 cm."""
     variation: Mapping[str, Draw]
-    """Factors that are drawn for each episode (domain randomization), by name: a range as ``(low, high)``, a
-    number, ``{"log_uniform": (low, high)}`` or ``{"choice": [...]}``.."""
+    """Factors that are drawn for each episode (domain randomization), by name: a range as ``(low,
+    high)``, a number, ``{"log_uniform": (low, high)}`` or ``{"choice": [...]}``."""
 
 
 class ConfigArguments(Settings, total=False):
