@@ -151,8 +151,12 @@ fn print(args: &Args, measured: &[Measured]) -> anyhow::Result<()> {
                 Some(value) => format!("below {CRITICAL} at {value}"),
                 None => format!("never below {CRITICAL}"),
             };
-            let (slope, area) = (curve.slope(at), curve.area(at));
-            say!("success at {name}: {critical}, slope {slope:.3}, area {area:.4}")?;
+            // One value has neither a slope nor an area.
+            let sums = match curve.points.len() {
+                ..2 => String::new(),
+                _ => format!(", slope {:.3}, area {:.4}", curve.slope(at), curve.area(at)),
+            };
+            say!("success at {name}: {critical}{sums}")?;
         }
         say!("")?;
     }

@@ -64,6 +64,7 @@ fn curves_of_robustness_do_not_depend_on_the_threads() -> Result {
     let noisy = value("robustness/scripted/observation_noise/0.5/success_rate")?;
     assert!((area - 0.5 * (1.0 + noisy) / 2.0).abs() < 1e-12, "{area}");
     assert!(table.contains("| observation_noise | success at the end |"), "{table}");
+    assert!(!table.contains("NaN"), "{table}");
     Ok(())
 }
 
