@@ -9,7 +9,7 @@ use fetch_env::vec_env::VecEnvError;
 use goal_reward::{GoalReward, Symmetry};
 use her_relabel::{
     Batch, ColumnsMut, GoalMixture, GoalNoise, GoalPart, GoalStrategy, HerBuffer,
-    MotionlessEpisodes, NStep, SampleError, Sampler, StateRows, Transforms, UnitInterval,
+    MotionlessEpisodes, NStep, Sampler, StateRows, Transforms, UnitInterval,
 };
 
 use super::demonstrated::Demonstrated;
@@ -120,7 +120,7 @@ impl<E: LearnEnv> Replay<E> {
         let symmetry = symmetry_of(&self.symmetries, turn);
         let transforms = Transforms { symmetry, ..Transforms::default() };
         let (reward, columns) = (self.reward(), ColumnsMut::default());
-        sample(&sampler, &self.buffer, &reward, seed, &mut batch, transforms, columns)?;
+        sampler.sample_into(&self.buffer, &reward, seed, &mut batch, transforms, columns)?;
         let mut seen = Inputs::new(&self.settings, self.buffer.config().dims())?;
         seen.update(&StateRows {
             observation: batch.observation(),
@@ -160,7 +160,7 @@ impl<E: LearnEnv> Replay<E> {
             normalizers: inputs.normalizers(),
             symmetry: symmetry_of(symmetries, number),
         };
-        sample(&sampler, buffer, &reward, seed, batch, transforms, columns)?;
+        sampler.sample_into(buffer, &reward, seed, batch, transforms, columns)?;
         inputs.leave_out(input);
         inputs.leave_out(next_input);
         let (low, high) = sum_bounds(reward.bounds(), sampler.n_step());
@@ -181,19 +181,6 @@ impl<E: LearnEnv> Replay<E> {
             demonstrated: &self.is_demonstrated,
         })
     }
-}
-
-/// Draws a batch. This is the same code for all environments, which is much.
-fn sample(
-    sampler: &Sampler,
-    buffer: &HerBuffer<f32>,
-    reward: &dyn GoalReward,
-    seed: u64,
-    batch: &mut Batch<f32>,
-    transforms: Transforms<'_>,
-    columns: ColumnsMut<'_, f32>,
-) -> Result<(), SampleError> {
-    sampler.sample_into(buffer, reward, seed, batch, transforms, columns)
 }
 
 /// Returns the lowest and the highest sum of the rewards of a window, for rewards within `bounds`.

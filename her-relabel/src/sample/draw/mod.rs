@@ -119,15 +119,29 @@ impl Sampler {
         transforms: impl Into<Transforms<'a>>,
         columns: ColumnsMut<'_, T>,
     ) -> Result<(), SampleError> {
-        let words = BatchWords::new(source.seed());
+        let (reward, words) = (&reward as &dyn GoalReward, BatchWords::new(source.seed()));
+        self.sample_rows(buffer, reward, words, batch, transforms.into(), columns)
+    }
+
+    /// Draws a batch for any reward: so this code, which is much, is compiled once, and not again in
+    /// each crate that draws.
+    #[inline(never)]
+    fn sample_rows<S: Scalar, T: Scalar>(
+        &self,
+        buffer: &HerBuffer<S>,
+        reward: &dyn GoalReward,
+        words: BatchWords,
+        batch: &mut Batch<T>,
+        transforms: Transforms<'_>,
+        columns: ColumnsMut<'_, T>,
+    ) -> Result<(), SampleError> {
         let unfinished = ClearOnDrop(batch);
         let batch = &mut *unfinished.0;
         let storage = &buffer.storage;
         let draw = Draw { storage, sampler: self };
         let window = self.check(storage)?;
         batch.follow_fields(&storage.fields);
-        let Transforms { normalizers: Normalizers { observation, goal }, symmetry } =
-            transforms.into();
+        let Transforms { normalizers: Normalizers { observation, goal }, symmetry } = transforms;
         let relative = self.joined_goal() == Some(JoinedGoal::Relative);
         let form = Formed { observation, goal, relative };
         form.check(storage.layout.dims())?;
@@ -165,9 +179,9 @@ impl Sampler {
 
 impl<S: Scalar> Draw<'_, S> {
     /// Draws all rows, in the form `form`.
-    fn fill<T: Scalar, F: GoalReward + ?Sized>(
+    fn fill<T: Scalar>(
         self,
-        reward: &F,
+        reward: &dyn GoalReward,
         words: BatchWords,
         form: impl Form<S, T>,
         rows: &mut Rows<'_, T>,
@@ -192,10 +206,10 @@ impl<S: Scalar> Draw<'_, S> {
     }
 
     /// Draws the goals of all rows, and copies these rows from the transitions that `pick` chooses.
-    fn gather_by<T: Scalar, F: GoalReward + ?Sized>(
+    fn gather_by<T: Scalar>(
         self,
         pick: impl Fn(u64) -> u64 + Copy + Sync,
-        reward: &F,
+        reward: &dyn GoalReward,
         words: BatchWords,
         form: impl Form<S, T>,
         rows: &mut Rows<'_, T>,

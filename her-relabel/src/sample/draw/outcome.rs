@@ -19,9 +19,9 @@ use crate::store::storage::Storage;
 use crate::unit_interval::UnitInterval;
 
 /// Computes everything in the gathered rows that depends on their goals.
-pub(crate) fn compute<S: Scalar, T: Scalar, F: GoalReward + ?Sized>(
+pub(crate) fn compute<S: Scalar, T: Scalar>(
     Draw { storage, sampler }: Draw<'_, S>,
-    reward: &F,
+    reward: &dyn GoalReward,
     form: impl Form<S, T>,
     counts: Counts,
     rows: &mut Rows<'_, T>,
@@ -114,9 +114,9 @@ fn put_rewards<T: Scalar>(
 }
 
 /// Computes the success of all rows, from the goals as they are stored.
-fn judge<T: Scalar, F: GoalReward + ?Sized>(
+fn judge<T: Scalar>(
     goal_dim: usize,
-    reward: &F,
+    reward: &dyn GoalReward,
     rows: &mut Rows<'_, T>,
 ) -> Result<(), SampleError> {
     let Rows { columns, scratch, .. } = rows;

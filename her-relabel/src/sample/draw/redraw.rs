@@ -22,10 +22,10 @@ impl<S: Scalar> Draw<'_, S> {
     /// The rows are drawn in rounds. In each, the reward function judges all drawn rows with one
     /// call, and those that are not kept are drawn again in the next round, at most [`MAX_DRAWS`]
     /// times in all.
-    pub(crate) fn redraw<'w, T: Scalar, F: GoalReward + ?Sized>(
+    pub(crate) fn redraw<'w, T: Scalar>(
         self,
         pick: impl Fn(u64) -> u64,
-        reward: &F,
+        reward: &dyn GoalReward,
         words: BatchWords,
         rows: &mut Rows<'_, T>,
         workspace: &'w mut Workspace,
