@@ -9,6 +9,7 @@ use baselines::{
     Policy, PolicyError, RandomPolicy, ScriptedPolicy, TrainedPolicy,
     page::{Axis, Document, Ink, PageError, Playback, PlaybackEnv, Plot, Scene, episode_page},
 };
+use fetch_env::variation::Variation;
 use fetch_env::wrappers::TimeAwareObservation;
 use fetch_env::{
     Env, EnvError, EnvExt, EnvId, Extension, FetchConfig, FetchObservation, FetchTask, GoalEnv,
@@ -144,16 +145,18 @@ fn bad_input_is_an_error() -> Result {
 
 /// A block that the user has added is drawn, and moves with its body.
 #[test]
-fn an_extended_model_is_played_back() -> Result {
+fn an_extended_model_of_another_size_is_played_back() -> Result {
     let block = r#"<worldbody><body name="ball" pos="1.5 1 0.42"><freejoint/>
         <geom type="sphere" size="0.0123" mass="0.1"/></body></worldbody>"#;
     let model = ModelSource::Extended(Extension::default().with_xml(block));
+    let variation = Variation::default().with("object_size", 1.5)?;
     let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_model(model);
-    let mut env = make(config)?;
+    let mut env = make(config.with_variation(variation))?;
     let mut policy = RandomPolicy::new(env.action_space(), 0);
     let episode = episode_in(&episode_page(&mut env, &mut policy, 0)?)?;
     let shapes = episode["shapes"].as_array().ok_or("no shapes")?;
-    assert!(shapes.iter().any(|shape| shape["size"][0] == 0.0123), "{shapes:?}");
+    let has = |size: f64| shapes.iter().any(|shape| shape["size"][0] == size);
+    assert!(has(0.0123) && has(0.025 * 1.5) && !has(0.025), "{shapes:?}");
     Ok(())
 }
 

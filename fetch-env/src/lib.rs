@@ -43,7 +43,7 @@
 //! |---|---|
 //! | make a Fetch environment by its id | `make`, or [`make_kinematic`] without MuJoCo |
 //! | change its settings | [`FetchConfig`], made from an [`EnvId`]; pass it to `make` |
-//! | randomize its physics, or add noise and delay | [`variation::Variation`], set by [`FetchConfig::with_variation`] |
+//! | randomize its physics and looks, or add noise and delay | [`variation::Variation`], set by [`FetchConfig::with_variation`] |
 //! | change its reward, its goals, or what it observes | [`FetchEnv::with_goal_reward`], [`FetchTask`] |
 //! | reset and step any environment | [`Env`] |
 //! | compute the reward of any pair of goals | [`GoalEnv`], [`GoalEnvExt`] |
@@ -88,7 +88,7 @@ pub mod variation {
         Variation, Varied, draw::Draw, error::VariationError, factor::Factor,
         interface::InterfaceFactor,
     };
-    pub use fetch_sim::{Physics, PhysicsFactor};
+    pub use fetch_sim::{LookFactor, Looks, Physics, PhysicsFactor};
 }
 
 #[doc = include_str!("../FIDELITY.md")]

@@ -6,11 +6,13 @@ use std::num::NonZeroU8;
 
 use allocation_counter::measure;
 use fetch_env::spaces::SpaceError;
+use fetch_env::variation::{LookFactor, Variation};
+use fetch_env::vec_env::VecConfig;
 use fetch_env::{
     AddRenderObservation, BatchObservation, BoxSpace, DictSpace, Env, EnvError, EnvExt, EnvId,
-    FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info, MujocoEnv,
+    FetchConfig, FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, Info, MujocoEnv,
     PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer, Reset,
-    SimConfig, SnapshotEnv, Space, Step, check, make,
+    RewardKind, SimConfig, SnapshotEnv, Space, Step, Task, VecEnv, check, make,
 };
 use testing::Result;
 
@@ -80,6 +82,45 @@ fn pictures_show_the_state_and_the_goal() -> Result {
     assert_ne!(picture(&env)?, start, "another goal");
     env.restore(&snapshot)?;
     assert_eq!(picture(&env)?, moved);
+    Ok(())
+}
+
+/// Returns the settings of Push with looks that are drawn from the seed.
+fn with_looks() -> Result<FetchConfig> {
+    let colors = [LookFactor::TABLE_COLOR, LookFactor::OBJECT_COLOR].concat();
+    let variation = colors
+        .into_iter()
+        .try_fold(Variation::default(), |variation, factor| variation.with(factor, 0.0..=1.0))?
+        .with("camera_pan", -5.0..=5.0)?
+        .with("object_size", 0.8..=1.2)?;
+    Ok(FetchConfig::new(Task::Push, RewardKind::Sparse).with_variation(variation))
+}
+
+#[test]
+fn each_episode_has_its_looks_wherever_it_is_drawn() -> Result {
+    let (mut varied, mut plain) = (make(with_looks()?)?, make("FetchPush-v4")?);
+    let Some(mut renderer) = renderer(&varied)? else { return Ok(()) };
+    let mut picture = |env: &MujocoEnv| env.render(&mut renderer).map(<[u8]>::to_vec);
+    plain.reset(Some(5))?;
+    let before = picture(&plain)?;
+    varied.reset(Some(5))?;
+    let drawn = picture(&varied)?;
+    assert_ne!(drawn, before);
+    assert_eq!(picture(&plain)?, before, "the renderer keeps no looks");
+    plain.restore(&varied.snapshot())?;
+    assert_eq!(picture(&plain)?, drawn, "a snapshot has the looks");
+    varied.reset(None)?;
+    assert_ne!(picture(&varied)?, drawn, "of another episode");
+
+    let config = with_looks()?;
+    let pixels = |_| make(config.clone())?.wrap(AddRenderObservation::new(options(1, false)));
+    let envs = (0..3).map(pixels).collect::<std::result::Result<Vec<_>, _>>()?;
+    let mut envs = VecEnv::new(envs, VecConfig::default().with_num_threads(2))?;
+    let rows = envs.reset(Some(5))?.pixels().to_vec();
+    for (seed, row) in (5..).zip(rows.chunks_exact(drawn.len())) {
+        varied.reset(Some(seed))?;
+        assert_eq!(row, picture(&varied)?, "the environment with seed {seed}");
+    }
     Ok(())
 }
 

@@ -120,12 +120,28 @@ enum { FS_SEGMENTS(FS_ENUMERATOR) };
 
 #define FS_SEGMENT(X, s) X(s, int, kind) X(s, int, id)
 
-// Positions, 3 numbers each, at which a picture shows copies of a site, or red spheres if the id is -1.
-#define FS_GOALS(X, s) X(s, int, site) X(s, int, count) X(s, const double*, positions)
+// Positions, 3 numbers each, at which a picture shows copies of a site, or spheres of a color if the
+// id is -1.
+#define FS_GOALS(X, s)                                                                             \
+  X(s, int, site) X(s, int, count) X(s, float, color, [3]) X(s, const double*, positions)
+
+// How a picture shows the object of a segment's kind: its color where that is not NaN, and the scale of
+// its size, or 0 to hide it.
+#define FS_LOOK(X, s)                                                                              \
+  X(s, int, kind) X(s, int, id) X(s, float, color, [3]) X(s, float, scale)
+
+// What a picture shows otherwise than the model: some objects; where the light comes from (azimuth and
+// elevation in radians) and its intensity, where they are not NaN; the displacement of the camera to
+// its right, up and forward (meters), its turn to the left and up (radians), and the scale of what it
+// sees.
+#define FS_LOOKS(X, s)                                                                             \
+  X(s, const fs_look*, objects) X(s, int, count) X(s, double, light, [3]) X(s, double, moved, [3]) \
+  X(s, double, turned, [2]) X(s, double, field)
 
 #define FS_STRUCTS(X)                                                                              \
   X(fs_sizes, FS_SIZES) X(fs_visual_geom, FS_VISUAL_GEOM) X(fs_filter_counts, FS_FILTER_COUNTS)    \
-  X(fs_array, FS_ARRAY) X(fs_segment, FS_SEGMENT) X(fs_goals, FS_GOALS)
+  X(fs_array, FS_ARRAY) X(fs_segment, FS_SEGMENT) X(fs_goals, FS_GOALS) X(fs_look, FS_LOOK)        \
+  X(fs_looks, FS_LOOKS)
 #define FS_FIELD(s, type, name, ...) type name __VA_ARGS__;
 #define FS_STRUCT(s, FIELDS) typedef struct { FIELDS(FS_FIELD, s) } s;
 FS_STRUCTS(FS_STRUCT)
@@ -276,12 +292,12 @@ void fs_set_free_camera(fs_renderer* r, const double numbers[6]);
 // Selects a camera of the model.
 void fs_set_fixed_camera(fs_renderer* r, int id);
 
-// Draws placed data, which does not change, with more spheres for goals, and reads the picture: width x
-// height pixels, the bottom row first. `rgb` and `depth` (from 0, near, to 1, far) may be NULL. With `segments` a
-// pixel's number, red + 256 green + 65536 blue, is 0 for the background, and otherwise 1 + the index
-// of its object in fs_segments.
+// Draws placed data, which does not change, with more spheres for goals and with looks, which may be
+// NULL, and reads the picture: width x height pixels, the bottom row first. `rgb` and `depth` (from 0,
+// near, to 1, far) may be NULL. With `segments` a pixel's number, red + 256 green + 65536 blue, is 0 for
+// the background, and otherwise 1 + the index of its object in fs_segments.
 fs_status fs_draw(fs_renderer* r, const mjModel* m, const mjData* d, const fs_goals* goals,
-                  int segments, unsigned char* rgb, float* depth);
+                  const fs_looks* looks, int segments, unsigned char* rgb, float* depth);
 // Writes the distances of the near and the far plane in the last picture (meters), and returns whether
 // its camera projects in parallel.
 int fs_planes(const fs_renderer* r, float planes[2]);

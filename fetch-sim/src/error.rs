@@ -2,7 +2,7 @@
 
 use std::{fmt, path::PathBuf};
 
-use crate::{physics::PhysicsFactor, task::Task};
+use crate::task::Task;
 
 /// Error returned when a simulation cannot be created or continued.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -30,16 +30,18 @@ pub enum SimError {
         most: f64,
     },
     /// There is no factor of this name.
-    #[error("there is no factor {name}: pass one of {}", factor_names())]
+    #[error("there is no factor {name}: pass one of {}", known.join(", "))]
     UnknownFactor {
         /// The name.
         name: String,
+        /// The names of all factors of its kind.
+        known: &'static [&'static str],
     },
-    /// A simulation cannot vary a number of its physics.
+    /// A simulation cannot vary a number.
     #[error("{factor} cannot vary here, because {reason}: leave it out")]
     CannotVary {
-        /// The number.
-        factor: PhysicsFactor,
+        /// The factor's name.
+        factor: &'static str,
         /// Why not.
         reason: &'static str,
     },
@@ -226,10 +228,6 @@ impl fmt::Display for TriedLibrary {
             None => write!(f, "{place}: {reason}"),
         }
     }
-}
-
-fn factor_names() -> String {
-    PhysicsFactor::ALL.iter().map(|factor| factor.name()).collect::<Vec<_>>().join(", ")
 }
 
 fn list(tried: &[TriedLibrary]) -> String {

@@ -195,7 +195,7 @@ impl Simulator for KinematicSimulator {
             return Ok(());
         }
         let reason = "the kinematic simulator varies only friction and gravity";
-        Err(SimError::CannotVary { factor, reason })
+        Err(SimError::CannotVary { factor: factor.name(), reason })
     }
 
     fn physics(&self) -> Physics {

@@ -103,6 +103,8 @@
 #[macro_use]
 mod debug;
 #[macro_use]
+mod factors;
+#[macro_use]
 mod settings;
 
 mod assets;
@@ -116,6 +118,7 @@ mod extension;
 #[doc = include_str!("../FINDING_MUJOCO.md")]
 pub mod finding_mujoco {}
 mod kinematic;
+mod looks;
 mod model_files;
 #[cfg(feature = "mujoco")]
 mod mujoco;
@@ -132,6 +135,7 @@ pub use config::SimConfig;
 pub use error::{SimError, TriedLibrary};
 pub use extension::Extension;
 pub use kinematic::KinematicSimulator;
+pub use looks::{LookFactor, Looks};
 pub use model_files::ModelFiles;
 #[cfg(feature = "mujoco")]
 pub use mujoco::*;

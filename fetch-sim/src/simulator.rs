@@ -83,7 +83,7 @@ pub trait Simulator {
     /// # Errors
     /// [`SimError::CannotVary`].
     fn can_vary(&self, factor: PhysicsFactor) -> Result<(), SimError> {
-        Err(SimError::CannotVary { factor, reason: "this simulator varies nothing" })
+        Err(SimError::CannotVary { factor: factor.name(), reason: "this simulator varies nothing" })
     }
 
     /// Returns the numbers of the physics that differ from the model's: none by default.

@@ -1,6 +1,6 @@
 //! The bodies of a simulation, which the page draws in 3-D.
 
-use fetch_sim::{BodyId, MujocoSimulator, Shape, Simulator, Task, VisualGeom};
+use fetch_sim::{BodyId, MujocoSimulator, PhysicsFactor, Shape, Simulator, Task, VisualGeom};
 use serde::Serialize;
 
 use super::{error::PageError, rounding::rounded};
@@ -60,11 +60,21 @@ impl Bodies {
         simulator: &MujocoSimulator,
         goals: Vec<[f64; 3]>,
     ) -> Result<Self, PageError> {
-        let config = simulator.fetch_model().config();
+        let model = simulator.fetch_model();
+        let config = model.config();
+        let object_size = simulator.physics().get(PhysicsFactor::ObjectSize);
+        let object = object_size.zip(model.model().body("object0").ok());
         let (mut carriers, mut meshes) = (Vec::new(), Vec::new());
         let shapes = VisualGeom::of(config)?
             .iter()
-            .map(|geom| DrawnShape::new(geom, index_of(&mut carriers, geom.body), &mut meshes))
+            .map(|geom| {
+                let body = index_of(&mut carriers, geom.body);
+                let mut shape = DrawnShape::new(geom, body, &mut meshes)?;
+                if let Some((scale, _)) = object.filter(|&(_, object)| object == geom.body) {
+                    shape.size = shape.size.map(|size| size * scale);
+                }
+                Ok(shape)
+            })
             .collect::<Result<_, PageError>>()?;
         Ok(Self {
             period: simulator.control_period(),

@@ -10,13 +10,32 @@ use crate::arrays::Numbers;
 use crate::error::{Error, Result};
 
 /// Reads how numbers are drawn: by name, a number, a range `(low, high)`, or a dictionary of one
-/// entry, such as `{"choice": [1, 2, 4]}`.
+/// entry, such as `{"choice": [1, 2, 4]}`. A color has one for all of red, green and blue, or three.
 pub(crate) fn variation(draws: &Bound<'_, PyDict>) -> Result<Variation> {
     draws.iter().try_fold(Variation::default(), |variation, (name, draw)| {
         let name = factor_name(&name)?;
-        let draw = read_draw(&name, &draw)?;
-        variation.with(name.as_str(), draw).map_err(Error::value)
+        let factors = factors(&name);
+        let each = match draw.is_instance_of::<PyDict>() {
+            false => draw.try_iter().and_then(Iterator::collect::<PyResult<Vec<_>>>).ok(),
+            true => None,
+        };
+        let each = each.filter(|each| factors.len() > 1 && each.len() == factors.len());
+        factors.into_iter().enumerate().try_fold(variation, |variation, (part, factor)| {
+            let draw = each.as_ref().map_or(&draw, |each| &each[part]);
+            let draw = read_draw(factor.name(), draw)?;
+            variation.with(factor, draw).map_err(Error::value)
+        })
     })
+}
+
+/// Returns the factor of a name, or the three of a color.
+fn factors(name: &str) -> Vec<Factor> {
+    let parts = ["red", "green", "blue"].map(|part| Factor::from(format!("{name}_{part}")));
+    if parts.iter().all(|part| matches!(part, Factor::Look(_))) {
+        parts.into()
+    } else {
+        vec![name.into()]
+    }
 }
 
 fn factor_name(name: &Bound<'_, PyAny>) -> Result<String> {
@@ -59,7 +78,7 @@ fn read_draw(name: &str, draw: &Bound<'_, PyAny>) -> Result<Draw> {
 }
 
 /// Reads numbers that are set for one episode of each environment: one number for all, or an array of
-/// a number for each.
+/// a number for each. Colors have three numbers.
 pub(crate) fn fixed(
     numbers: &Bound<'_, PyAny>,
     num_envs: Option<usize>,
@@ -70,20 +89,28 @@ pub(crate) fn fixed(
             "variation is {shown}: pass a dictionary, such as {{\"gravity\": 5.0}}"
         ))
     })?;
-    let read = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+    let mut read = Vec::new();
+    for (name, value) in numbers.iter() {
         let name = factor_name(&name)?;
+        let factors = factors(&name);
         let value = Numbers::take(&name, &value)?;
-        let each = match (value.shape(), num_envs) {
-            ([], _) => vec![value.to_double()[0]; num_envs.unwrap_or(1)],
-            ([count], Some(num_envs)) if *count == num_envs => value.to_double(),
-            (_, None) => return Err(Error::value(format!("{name}: pass one number"))),
-            (_, Some(num_envs)) => {
-                return Err(Error::value(format!("{name}: pass one number, or {num_envs}")));
-            }
+        let (one, of_one): (_, &[usize]) = match factors.len() {
+            1 => ("one number", &[]),
+            _ => ("one color (red, green, blue)", &[3]),
         };
-        Ok((Factor::from(name), each))
-    };
-    numbers.iter().map(read).collect()
+        let is_for_each =
+            num_envs.is_some_and(|num_envs| value.shape() == [&[num_envs], of_one].concat());
+        if value.shape() != of_one && !is_for_each {
+            let each = num_envs.map(|num_envs| format!(", or {num_envs}")).unwrap_or_default();
+            return Err(Error::value(format!("{name}: pass {one}{each}")));
+        }
+        let (value, len) = (value.to_double(), factors.len());
+        read.extend(factors.into_iter().enumerate().map(|(part, factor)| {
+            let of_env = |env: usize| value[(env * len + part) % value.len()];
+            (factor, (0..num_envs.unwrap_or(1)).map(of_env).collect())
+        }));
+    }
+    Ok(read)
 }
 
 /// Returns the numbers of an episode that differ from the model's, by name.

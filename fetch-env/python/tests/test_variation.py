@@ -54,6 +54,36 @@ def test_options_set_numbers_for_one_episode():
     assert info == {}
 
 
+def test_colors_have_three_numbers():
+    """They are drawn alike or each by itself, set by options, and seen."""
+    variation = {"table_color": [(0.1, 0.2), 0.5, {"choice": [0.8, 0.9]}], "floor_color": (0, 1)}
+    env = make(variation=variation, render_mode="rgb_array")
+    _, info = env.reset(seed=0)
+    numbers = info["variation"]
+    assert 0.1 <= numbers["table_color_red"] <= 0.2
+    assert numbers["table_color_green"] == 0.5
+    assert numbers["table_color_blue"] in {0.8, 0.9}
+    floor = {numbers[f"floor_color_{part}"] for part in ("red", "green", "blue")}
+    assert len(floor) == 3
+    drawn = env.render()
+    _, info = env.reset(seed=0, options={"variation": {"table_color": np.array([1.0, 0.0, 0.0])}})
+    assert [info["variation"][f"table_color_{part}"] for part in ("red", "green", "blue")] == [
+        1.0,
+        0.0,
+        0.0,
+    ]
+    assert env.render()[..., 0].mean() > drawn[..., 0].mean() + 5
+
+    envs = gymnasium.make_vec("fetch_env/FetchPush-v4", num_envs=2, variation=variation)
+    colors = [[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]
+    envs.reset(options={"variation": {"table_color": colors, "object_color": [0, 1, 0]}})
+    numbers = envs.get_attr("variation")
+    assert [of_env["table_color_blue"] for of_env in numbers] == [0.3, 0.6]
+    assert [of_env["object_color_green"] for of_env in numbers] == [1.0, 1.0]
+    with pytest.raises(ValueError, match=r"table_color: pass one color \(red, green, blue\), or 2"):
+        envs.reset(options={"variation": {"table_color": 0.5}})
+
+
 def test_copies_and_states_have_the_numbers():
     """They continue with the same bits."""
     env = make(variation=VARIATION).unwrapped
@@ -101,6 +131,8 @@ def test_a_vector_varies_each_environment():
             r"object_mass is \{'normal': \(0, 1\)\}: pass a number",
         ),
         ({"object_mass": "heavy"}, "object_mass is heavy: pass a number, a range"),
+        ({"table_color": [0, 1, 2]}, "table_color_blue is 2.0: pass numbers from 0 to 1"),
+        ({"tabel_color": 0.5}, r'there is no factor "tabel_color": the nearest are table_color_'),
         ({3: 1.0}, "variation has the key 3: pass names"),
     ],
 )

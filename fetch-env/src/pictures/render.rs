@@ -88,6 +88,7 @@ impl<R: GoalReward, T: FetchTask<MujocoSimulator>> RenderEnv for FetchEnv<Mujoco
         }
         let positions = self.goal_positions();
         let goals: SmallVec<[_; 4]> = positions.iter().copied().map(Vector3::from).collect();
+        renderer.set_looks(self.variation().looks);
         Ok(renderer.update_scene(self.simulator(), &goals)?)
     }
 }

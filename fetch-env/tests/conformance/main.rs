@@ -38,6 +38,7 @@ macro_rules! conformance {
                 variation::no_number_is_drawn_twice,
                 variation::a_seed_gives_the_same_numbers_and_steps_again,
                 variation::a_snapshot_holds_the_numbers,
+                variation::looks_change_no_step,
                 variation::options_set_a_number_for_one_episode,
                 variation::what_cannot_vary_is_refused,
                 variation::delayed_actions_come_late,

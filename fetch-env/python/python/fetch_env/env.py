@@ -155,8 +155,8 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
             seed: Restarts the random numbers as numpy's ``PCG64(SeedSequence(seed))``: 0 to
                 2**64 - 1. Without a seed, they continue.
             options: ``desired_goal`` (x, y, z in meters), ``object_position`` (x, y in meters) and
-                ``variation``, such as ``{"object_mass": 0.5}``, replace what is drawn. The options
-                do not change the sequence of random numbers.
+                ``variation``, such as ``{"object_mass": 0.5, "table_color": (0.2, 0.5, 0.2)}``,
+                replace what is drawn. The options do not change the sequence of random numbers.
 
         Returns:
             The first observation, and an info that is empty, like the reference's, unless factors

@@ -38,9 +38,10 @@ class Settings(TypedDict, total=False):
     """Offset of every goal: x, y, z in meters, or one number for all three."""
     target_in_the_air: bool
     """Whether half of the goals are raised by up to 45 cm."""
-    variation: Mapping[str, Draw]
+    variation: Mapping[str, Draw | Sequence[Draw]]
     """Factors that are drawn for each episode (domain randomization), by name: a range as ``(low,
-    high)``, a number, ``{"log_uniform": (low, high)}`` or ``{"choice": [...]}``."""
+    high)``, a number, ``{"log_uniform": (low, high)}`` or ``{"choice": [...]}``. A color, such as
+    ``table_color``, has one of these for red, green and blue alike, or three."""
 
 
 class ConfigArguments(Settings, total=False):

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use fetch_sim::{LARGEST_NUMBER, PhysicsFactor};
+use fetch_sim::{LARGEST_NUMBER, LookFactor, PhysicsFactor};
 use serde::{Deserialize, Serialize};
 
 use super::interface::InterfaceFactor;
 
-/// What may differ between episodes: a number of the physics, of the interface, or of a task of your
-/// own.
+/// What may differ between episodes: a number of the physics, of the interface, of the looks, or of a
+/// task of your own.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
 #[non_exhaustive]
@@ -17,6 +17,8 @@ pub enum Factor {
     Physics(PhysicsFactor),
     /// A number of what lies between a policy and the robot.
     Interface(InterfaceFactor),
+    /// A number of how pictures look.
+    Look(LookFactor),
     /// A number of your own task, by one of the names in
     /// [`FetchTask::factors`](crate::FetchTask::factors).
     Own(String),
@@ -29,6 +31,7 @@ impl Factor {
         match self {
             Self::Physics(factor) => factor.name(),
             Self::Interface(factor) => factor.name(),
+            Self::Look(factor) => factor.name(),
             Self::Own(name) => name,
         }
     }
@@ -39,6 +42,7 @@ impl Factor {
         match self {
             Self::Physics(factor) => factor.bounds(),
             Self::Interface(factor) => factor.bounds(),
+            Self::Look(factor) => factor.bounds(),
             Self::Own(_) => [-LARGEST_NUMBER, LARGEST_NUMBER],
         }
     }
@@ -46,7 +50,8 @@ impl Factor {
     /// Returns the names of all factors but a task's own.
     pub(super) fn names() -> impl Iterator<Item = &'static str> {
         let interface = InterfaceFactor::ALL.iter().map(|factor| factor.name());
-        PhysicsFactor::ALL.iter().map(|factor| factor.name()).chain(interface)
+        let looks = LookFactor::ALL.iter().map(|factor| factor.name());
+        PhysicsFactor::ALL.iter().map(|factor| factor.name()).chain(interface).chain(looks)
     }
 }
 
@@ -62,6 +67,12 @@ impl From<InterfaceFactor> for Factor {
     }
 }
 
+impl From<LookFactor> for Factor {
+    fn from(factor: LookFactor) -> Self {
+        Self::Look(factor)
+    }
+}
+
 impl From<PhysicsFactor> for Factor {
     fn from(factor: PhysicsFactor) -> Self {
         Self::Physics(factor)
@@ -73,6 +84,9 @@ impl From<&str> for Factor {
     fn from(name: &str) -> Self {
         if let Ok(factor) = name.parse() {
             return Self::Physics(factor);
+        }
+        if let Ok(factor) = name.parse() {
+            return Self::Look(factor);
         }
         let mut interface = InterfaceFactor::ALL.iter();
         match interface.find(|factor| factor.name() == name) {

@@ -7,7 +7,7 @@ pub(crate) mod interface;
 
 use std::collections::BTreeMap;
 
-use fetch_sim::{LARGEST_NUMBER, Physics, Simulator};
+use fetch_sim::{LARGEST_NUMBER, LookFactor, Looks, Physics, SimError, Simulator};
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
@@ -23,7 +23,8 @@ use crate::gym::registry::sort_by_similarity;
 /// The factors that are drawn for each episode, and how: domain randomization.
 ///
 /// A reset draws them from a generator beside the environment's own, so that objects and goals start
-/// where they do without a variation. All other numbers are the model's.
+/// where they do without a variation. All other numbers are the model's. Looks change pictures alone:
+/// a kinematic simulator, which has none, accepts them.
 ///
 /// ```
 /// use fetch_env::variation::{Draw, Variation};
@@ -32,7 +33,8 @@ use crate::gym::registry::sort_by_similarity;
 /// let variation = Variation::default()
 ///     .with("object_mass", Draw::LogUniform(0.5, 4.0))?
 ///     .with("friction", 0.5..=2.0)?
-///     .with("action_delay", Draw::Choice(vec![0.0, 1.0]))?;
+///     .with("action_delay", Draw::Choice(vec![0.0, 1.0]))?
+///     .with("table_color_red", 0.0..=1.0)?;
 /// let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_variation(variation);
 /// # #[cfg(feature = "mujoco")] {
 /// let mut env = fetch_env::make(config)?.into_inner();
@@ -91,6 +93,12 @@ pub(super) fn check_factor<S: Simulator>(
 ) -> Result<(), VariationError> {
     match factor {
         Factor::Physics(factor) => Ok(simulator.can_vary(*factor)?),
+        Factor::Look(factor)
+            if LookFactor::OBJECT_COLOR.contains(factor) && !simulator.task().has_object() =>
+        {
+            let reason = "the scene has no object";
+            Err(SimError::CannotVary { factor: factor.name(), reason }.into())
+        }
         Factor::Own(name) if !own.contains(&name.as_str()) => {
             let own = own.iter().map(|&name| name.to_owned());
             let mut nearest: Vec<_> = own.chain(Factor::names().map(String::from)).collect();
@@ -123,6 +131,7 @@ impl TryFrom<BTreeMap<Factor, Draw>> for Variation {
 pub struct Varied {
     pub(super) physics: Physics,
     pub(super) interface: InterfaceNumbers,
+    pub(crate) looks: Looks,
     /// The values of the task's own factors that vary.
     own: SmallVec<[(String, f64); 1]>,
 }
@@ -153,6 +162,7 @@ impl Varied {
                 let is_whole = *factor == InterfaceFactor::ActionDelay;
                 self.interface.set(*factor, if is_whole { value.round() } else { value });
             }
+            Factor::Look(factor) => self.looks = self.looks.with(*factor, value)?,
             Factor::Own(name) => self.own.push((name.clone(), value)),
         }
         Ok(())
@@ -182,6 +192,7 @@ impl Varied {
         let physics = self.physics.iter().map(|(factor, value)| (factor.name(), value));
         physics
             .chain(self.interface.iter().map(|(factor, value)| (factor.name(), value)))
+            .chain(self.looks.iter().map(|(factor, value)| (factor.name(), value)))
             .chain(self.own.iter().map(|(name, value)| (name.as_str(), *value)))
     }
 }

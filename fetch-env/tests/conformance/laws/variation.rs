@@ -1,7 +1,7 @@
 //! Laws of worlds that vary.
 
 use fetch_env::check::{CheckOptions, check_goal_env, check_snapshots};
-use fetch_env::variation::{Draw, PhysicsFactor, Variation, VariationError};
+use fetch_env::variation::{Draw, LookFactor, PhysicsFactor, Variation, VariationError};
 use fetch_env::vec_env::{VecConfig, VecReset};
 use fetch_env::{
     Env, EnvError, EnvId, FetchConfig, FetchResetOptions, GoalObservation, MakeError, SnapshotEnv,
@@ -29,7 +29,18 @@ fn varied<B: Backend>(id: EnvId) -> Result<FetchConfig> {
             variation = variation.with(factor, draw)?;
         }
     }
-    Ok(id.config().with_variation(variation))
+    Ok(id.config().with_variation(with_looks(variation, id)?))
+}
+
+/// Varies all looks that an environment has.
+fn with_looks(variation: Variation, id: EnvId) -> Result<Variation, VariationError> {
+    let looks = LookFactor::ALL.iter().filter(|factor| {
+        id.config().task().has_object() || !LookFactor::OBJECT_COLOR.contains(factor)
+    });
+    let mut looks = looks.map(|&factor| (factor, factor.bounds()));
+    looks.try_fold(variation, |variation, (factor, [least, most])| {
+        variation.with(factor, least..=most)
+    })
 }
 
 fn make_varied<B: Backend>(id: EnvId) -> Result<TestEnv<B>> {
@@ -120,6 +131,20 @@ pub(crate) fn a_snapshot_holds_the_numbers<B: Backend>() -> Result {
     Ok(())
 }
 
+pub(crate) fn looks_change_no_step<B: Backend>() -> Result {
+    for id in EnvId::ALL {
+        let looks = with_looks(Variation::default(), id)?;
+        let mut varied = make_with_config::<B>(id.config().with_variation(looks))?;
+        let run = |env: &mut TestEnv<B>| -> Result<_> {
+            env.reset(Some(6))?;
+            Ok(trajectory_bits(&random_steps::<B>(env, 6, 120)?))
+        };
+        assert_eq!(run(&mut varied)?, run(&mut make::<B>(id)?)?, "{id}");
+        assert!(varied.inner().variation().get("table_color_red").is_some());
+    }
+    Ok(())
+}
+
 pub(crate) fn options_set_a_number_for_one_episode<B: Backend>() -> Result {
     let id: EnvId = "FetchPush-v4".parse()?;
     let options = FetchResetOptions::default().with_factor("gravity", 3.5);
@@ -160,6 +185,8 @@ pub(crate) fn what_cannot_vary_is_refused<B: Backend>() -> Result {
     let before = env.snapshot();
     for (name, value, expected) in [
         ("object_mass", 1.0, "object_mass cannot vary here"),
+        ("object_color_red", 1.0, "object_color_red cannot vary here, because the scene has no"),
+        ("light_intensity", 1.5, "light_intensity is 1.5: pass numbers from 0 to 1"),
         ("gravity", f64::NAN, "gravity is NaN: pass numbers from 0 to 100"),
         ("gravity", -1.0, "gravity is -1.0: pass numbers from 0 to 100"),
         ("graviti", 1.0, r#"there is no factor "graviti": the nearest are gravity, "#),

@@ -138,7 +138,18 @@ contract! {
         pub(crate) RawArray = fs_array { first: *mut f64, len: usize, }
 
         /// Positions at which a picture shows copies of a site.
-        pub(crate) RawGoals = fs_goals { site: c_int, count: c_int, positions: *const f64, }
+        pub(crate) RawGoals = fs_goals {
+            site: c_int, count: c_int, color: [f32; 3], positions: *const f64,
+        }
+
+        /// How a picture shows an object.
+        pub(crate) RawLook = fs_look { kind: c_int, id: c_int, color: [f32; 3], scale: f32, }
+
+        /// What a picture shows otherwise than the model.
+        pub(crate) RawLooks = fs_looks {
+            objects: *const RawLook, count: c_int, light: [f64; 3], moved: [f64; 3],
+            turned: [f64; 2], field: f64,
+        }
 
         /// The object that a pixel shows.
         pub(crate) RawSegment = fs_segment { kind: c_int, id: c_int, }
@@ -339,6 +350,7 @@ functions! {
             m: *const RawModel,
             d: *const RawData,
             goals: *const RawGoals,
+            looks: *const RawLooks,
             segments: c_int,
             rgb: *mut u8,
             depth: *mut f32,

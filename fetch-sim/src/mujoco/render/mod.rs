@@ -1,6 +1,7 @@
 //! Pictures of a simulation, off screen.
 
 mod error;
+mod looks;
 mod options;
 mod pictures;
 mod renderer;

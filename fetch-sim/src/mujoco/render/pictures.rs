@@ -90,16 +90,21 @@ impl Renderer {
         };
         let (raw, model, data) =
             (self.raw.as_ptr(), self.data.model().as_ptr(), self.data.as_ptr());
+        let num_goals = if self.looks.shows_goals() { self.goals.len() } else { 0 };
         let goals = RawGoals {
             site: self.target(0).map_or(-1, |site| site.0 as c_int),
-            count: c_int::try_from(self.goals.len()).unwrap_or(c_int::MAX),
+            count: c_int::try_from(num_goals).unwrap_or(c_int::MAX),
+            color: self.looks.goal_color(),
             positions: self.goals.as_ptr().cast(),
         };
+        let looks = self.looks.raw();
+        let looks = looks.as_ref().map_or(ptr::null(), ptr::from_ref);
         // SAFETY: renderer, model and data are alive and belong together, and the renderer is
-        // borrowed mutably; the goals are valid for reads of at most `count` positions, and a
-        // buffer that is not null has room for the picture.
-        let status =
-            unsafe { ffi::fs_draw(raw, model, data, &raw const goals, segments, rgb, depth) };
+        // borrowed mutably; the goals are valid for reads of at most `count` positions, and the
+        // looks, if any, of their objects; a buffer that is not null has room for the picture.
+        let status = unsafe {
+            ffi::fs_draw(raw, model, data, &raw const goals, looks, segments, rgb, depth)
+        };
         check_as(status, failed)
     }
 }

@@ -25,10 +25,11 @@ use super::{
         robot::{scene, simulator::MujocoSimulator},
     },
     error::RenderError,
+    looks::ShownLooks,
     options::{Camera, RenderOptions},
     segment::Segment,
 };
-use crate::config::SimConfig;
+use crate::{config::SimConfig, looks::Looks, physics::PhysicsFactor, simulator::Simulator};
 
 /// Draws simulations of one model, off screen.
 ///
@@ -69,6 +70,7 @@ pub struct Renderer {
     targets: Vec<Option<SiteId>>,
     /// The goals that have no site.
     pub(super) goals: Vec<[f64; 3]>,
+    pub(super) looks: ShownLooks,
     pub(super) rgb: Vec<u8>,
     pub(super) depth: Vec<f32>,
     pub(super) segments: Vec<Segment>,
@@ -132,7 +134,8 @@ impl Renderer {
             ffi::fs_prepare_model(model.as_mut_ptr(), width as c_int, height as c_int, samples);
         }
         let target = |i| model.site(&format!("target{i}")).ok();
-        let targets = (0..model.nsite()).map(target).collect();
+        let targets: Vec<_> = (0..model.nsite()).map(target).collect();
+        let looks = ShownLooks::new(&model, config.task(), &targets);
         let data = Data::new(Arc::new(model))?;
         let camera = options.camera().clone();
         let mut renderer = Self {
@@ -142,6 +145,7 @@ impl Renderer {
             options,
             targets,
             goals: Vec::new(),
+            looks,
             rgb: vec![0; 3 * width as usize * height as usize],
             depth: Vec::new(),
             segments: Vec::new(),
@@ -213,8 +217,13 @@ impl Renderer {
         Ok(())
     }
 
-    /// Copies the poses of a simulation, and the positions of its goals (meters), for the next
-    /// pictures. Goal `i` is shown by the site `target{i}` if the model has it, and otherwise by a
+    /// Sets how the scene looks in the next pictures, where that differs from the model.
+    pub const fn set_looks(&mut self, looks: Looks) {
+        self.looks.looks = looks;
+    }
+
+    /// Copies the poses of a simulation, the size of its object and the positions of its goals
+    /// (meters) for the next pictures. Goal `i` is shown by the site `target{i}` if the model has it, and otherwise by a
     /// sphere like that of `target0`. A site without a goal stays where the model has it.
     ///
     /// The scene has room for 1,000 spheres and sites of the model; drawing more is
@@ -241,6 +250,7 @@ impl Renderer {
             to.set_mocap_pose(mocap, position, orientation)?;
         }
         self.place()?;
+        self.looks.object_size = simulator.physics().scale(PhysicsFactor::ObjectSize);
         self.goals.clear();
         for (i, &goal) in goals.iter().enumerate() {
             match self.target(i) {

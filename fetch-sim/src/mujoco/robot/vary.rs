@@ -78,7 +78,7 @@ enum Form {
 
 impl Places {
     pub(super) fn resolve(model: &Model, ids: &Ids) -> Result<Self, SimError> {
-        let geoms_of = |body: BodyId| geoms_of(model, body);
+        let geoms_of = |body| model.fixed_to(GeomBodyid, body);
         let table_geoms = model.body("table0").map(geoms_of).unwrap_or_default();
         let finger_geoms =
             FINGERS.iter().flat_map(|name| model.body(name).map(geoms_of).unwrap_or_default());
@@ -136,7 +136,7 @@ impl Places {
             }
             _ => return Ok(()),
         };
-        Err(SimError::CannotVary { factor, reason })
+        Err(SimError::CannotVary { factor: factor.name(), reason })
     }
 
     /// Returns how much higher the object's center is, in meters, when it stands on the table.
@@ -309,11 +309,6 @@ fn derive_totals(model: &Model, varied: &mut VariedModel) {
     let inertias = varied.array_mut(DofM0);
     let mean = inertias.iter().sum::<f64>() / inertias.len() as f64;
     varied.array_mut(Meaninertia)[0] = mean;
-}
-
-fn geoms_of(model: &Model, body: BodyId) -> Vec<usize> {
-    let bodies = model.array(GeomBodyid).iter().enumerate();
-    bodies.filter(|&(_, &of)| of as usize == body.0).map(|(geom, _)| geom).collect()
 }
 
 /// Returns the equality constraints of a body, of which the model of a Fetch task has one: a weld.
