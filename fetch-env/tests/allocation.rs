@@ -1,7 +1,7 @@
 //! Steps and rewards allocate nothing, as a counting allocator sees it.
 
 use allocation_counter::measure;
-use fetch_env::{Env, EnvId, FetchEnv, GoalEnvExt, GoalObservation};
+use fetch_env::{Env, EnvId, FetchEnv, GoalEnvExt, GoalObservation, variation::Variation};
 use fetch_sim::{KinematicSimulator, SimConfig, SimError, Simulator};
 use testing::Result;
 
@@ -9,7 +9,9 @@ fn is_free_of_allocation<S: Simulator>(
     simulator: impl Fn(&SimConfig) -> std::result::Result<S, SimError>,
 ) -> Result {
     for id in EnvId::ALL {
-        let config = id.config();
+        let variation =
+            Variation::default().with("observation_delay", 2.0)?.with("observation_noise", 0.1)?;
+        let config = id.config().with_variation(variation);
         let simulator = simulator(config.sim())?;
         let mut env = FetchEnv::new(config, simulator)?.time_limited();
         let start = env.reset(Some(0))?.observation;

@@ -217,8 +217,9 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
     /// # Errors
     /// [`EnvError::ResetNeeded`] before a reset and after a failure, and any error of the task.
     pub fn observe(&self) -> Result<FetchObservation, EnvError> {
-        let goal = self.goal.as_ref().ok_or(EnvError::ResetNeeded)?;
-        self.observe_with(goal)
+        let mut observation = self.measure(self.goal.as_ref().ok_or(EnvError::ResetNeeded)?)?;
+        self.interface.show(&mut observation);
+        Ok(observation)
     }
 
     /// Returns the points that pictures mark as the goal, in meters in the world frame; empty until
@@ -228,14 +229,23 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         self.goal.as_deref().map_or_else(Cow::default, |goal| self.task.goal_positions(goal))
     }
 
-    fn observe_with(&self, goal: &Goal) -> Result<FetchObservation, EnvError> {
+    /// Returns the observation of a state that the simulator has just reached.
+    fn observe_next(&mut self, goal: &Goal) -> Result<FetchObservation, EnvError> {
+        let mut observation = self.measure(goal)?;
+        self.interface.observe(observation.observation());
+        self.interface.show(&mut observation);
+        Ok(observation)
+    }
+
+    /// Returns the observation of the current state, without delay.
+    fn measure(&self, goal: &Goal) -> Result<FetchObservation, EnvError> {
         let Self { simulator, task, .. } = self;
         let (gripper, object) = (simulator.gripper(), simulator.object());
         let period = simulator.control_period();
         let mut observation = FetchObservation::new(&gripper, object.as_ref(), period);
         task.achieved_goal(simulator, observation.set_goals(goal))?;
         task.observe_extra(simulator, observation.add_extra(self.lengths.extra))?;
-        self.interface.observe(observation.elements_mut());
+        self.interface.disturb(&mut observation);
         Ok(observation)
     }
 
@@ -274,7 +284,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         let goal = self.goal.take().ok_or(EnvError::ResetNeeded)?;
         let control = control(self.interface.action(action));
         self.simulator.step(&self.interface.delay(control))?;
-        let observation = self.observe_with(&goal)?;
+        let observation = self.observe_next(&goal)?;
         self.goal = Some(goal);
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
         Ok(Step {
@@ -312,7 +322,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> Env for FetchEnv<S, R, T> {
         let goal = self.begin_episode(options, &mut random);
         self.random = Some(random);
         let goal = goal?;
-        let observation = self.observe_with(&goal)?;
+        let observation = self.observe_next(&goal)?;
         self.goal = Some(goal);
         Ok(Reset { info: self.info(&observation), observation })
     }

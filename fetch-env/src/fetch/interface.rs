@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::action::{ACTION_LEN, Precision};
+use super::observation::FetchObservation;
 use super::variation::interface::{InterfaceFactor, InterfaceNumbers};
 use crate::gym::np_random::{MAX_COUNT, NpRandom};
 
@@ -18,6 +19,10 @@ pub(super) struct Interface {
     /// The delayed commands, the next one first. Each is a displacement along x, y, z, in meters, and
     /// one of the fingers.
     late: VecDeque<[f64; ACTION_LEN]>,
+    /// The elements of the observations that have not been shown yet, and of the one that is shown
+    /// now, which is the first; none without a delay.
+    #[serde(default)]
+    observed: VecDeque<f64>,
     /// What came of the last action from the low pass.
     passed: Option<[f64; ACTION_LEN]>,
     /// The seed of the episode's noise.
@@ -37,7 +42,8 @@ impl Interface {
     /// Begins an episode.
     pub(super) fn begin(&mut self, numbers: InterfaceNumbers, seed: u64) {
         self.late.clear();
-        let delay = numbers.action_delay();
+        self.observed.clear();
+        let delay = numbers.delay(InterfaceFactor::ActionDelay);
         if delay > 0 {
             // A step adds its command before it takes one.
             self.late.reserve(delay + 1);
@@ -93,13 +99,50 @@ impl Interface {
     }
 
     /// Adds the noise of the current state to what is observed of it: always the same.
-    pub(super) fn observe(&self, observation: &mut [f64]) {
-        let noise = self.numbers.or(InterfaceFactor::ObservationNoise, 0.0);
-        if noise > 0.0 {
-            let mut random = self.noise(Noise::Observation);
-            for element in observation {
-                *element += noise * random.standard_normal();
+    pub(super) fn disturb(&self, observation: &mut FetchObservation) {
+        let numbers = &self.numbers;
+        if !numbers.has_noise_of_observations() {
+            return;
+        }
+        let mut random = self.noise(Noise::Observation);
+        let mut add = |sigma: f64, elements: &mut [f64]| {
+            for element in elements {
+                let error = random.standard_normal();
+                if sigma > 0.0 {
+                    *element += sigma * error;
+                }
             }
+        };
+        let (fields, mut rest, achieved_goal) = observation.parts_mut();
+        let of_all = numbers.or(InterfaceFactor::ObservationNoise, 0.0);
+        for field in fields {
+            let elements;
+            (elements, rest) = rest.split_at_mut(field.range.len());
+            add(numbers.or(field.noise, of_all), elements);
+        }
+        add(of_all, rest);
+        add(numbers.or(InterfaceFactor::AchievedGoalNoise, 0.0), achieved_goal);
+    }
+
+    /// Takes up the observation of a new state, before it is [shown](Self::show).
+    pub(super) fn observe(&mut self, observation: &[f64]) {
+        let delay = self.numbers.delay(InterfaceFactor::ObservationDelay);
+        if delay == 0 {
+            return;
+        }
+        if self.observed.is_empty() {
+            (0..delay).for_each(|_| self.observed.extend(observation));
+        } else {
+            self.observed.drain(..observation.len());
+        }
+        self.observed.extend(observation);
+    }
+
+    /// Replaces the elements of an observation by those that are shown now.
+    pub(super) fn show(&self, observation: &mut FetchObservation) {
+        let (_, elements, _) = observation.parts_mut();
+        for (element, shown) in elements.iter_mut().zip(&self.observed) {
+            *element = *shown;
         }
     }
 
@@ -108,16 +151,27 @@ impl Interface {
         NpRandom::numbered(self.seed, self.step.wrapping_mul(2).wrapping_add(noise as u64))
     }
 
-    /// Checks a state that was loaded.
-    pub(super) fn check(&self, numbers: &InterfaceNumbers) -> Result<(), String> {
+    /// Checks a state that was loaded, given the number of elements of an observation if an episode is
+    /// under way.
+    pub(super) fn check(
+        &self,
+        numbers: &InterfaceNumbers,
+        observation_len: Option<usize>,
+    ) -> Result<(), String> {
         if self.numbers != *numbers {
             return Err("its interface is that of another episode".into());
         }
-        if self.late.len() != numbers.action_delay() {
-            let (late, delay) = (self.late.len(), numbers.action_delay());
+        let (late, delay) = (self.late.len(), numbers.delay(InterfaceFactor::ActionDelay));
+        if late != delay {
             return Err(format!(
                 "{late} of its actions have not come yet, with a delay of {delay}"
             ));
+        }
+        let delay = numbers.delay(InterfaceFactor::ObservationDelay);
+        let expected = observation_len.map(|len| if delay > 0 { (delay + 1) * len } else { 0 });
+        let observed = self.observed.len();
+        if let Some(expected) = expected.filter(|&expected| expected != observed) {
+            return Err(format!("{observed} numbers are delayed instead of {expected}"));
         }
         if self.step > MAX_COUNT {
             return Err(format!("it has taken {} steps", self.step));

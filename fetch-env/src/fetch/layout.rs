@@ -5,6 +5,8 @@ use std::ops::Range;
 use fetch_sim::Task;
 use serde::Serialize;
 
+use super::variation::interface::InterfaceFactor;
+
 /// Consecutive elements of `observation` with one meaning.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
@@ -22,6 +24,9 @@ pub struct ObservationField {
     /// What kind of vector the elements are.
     #[serde(skip)]
     pub(super) kind: Kind,
+    /// The factor of the elements' noise.
+    #[serde(skip)]
+    pub(super) noise: InterfaceFactor,
 }
 
 /// The kinds of vectors in observations.
@@ -132,6 +137,7 @@ const fn fields<const N: usize>(has_object: bool) -> [ObservationField; N] {
         description: "",
         summary: "",
         kind: Kind::Position,
+        noise: InterfaceFactor::GripPosNoise,
     };
     let mut fields = [EMPTY; N];
     let (mut row, mut field, mut start) = (0, 0, 0);
@@ -140,7 +146,10 @@ const fn fields<const N: usize>(has_object: bool) -> [ObservationField; N] {
         if has_object || !needs_object {
             let (range, summary) = (start..start + kind.len(), SUMMARIES[row]);
             start = range.end;
-            fields[field] = ObservationField { name, range, unit, description, summary, kind };
+            // They are in the order of the rows.
+            let noise = InterfaceFactor::ALL[InterfaceFactor::GripPosNoise as usize + row];
+            fields[field] =
+                ObservationField { name, range, unit, description, summary, kind, noise };
             field += 1;
         }
         row += 1;

@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 use super::config::FetchConfig;
 use super::error::MakeError;
 use super::euler::matrix_to_euler;
-use super::layout::{OBJECT, REACH, start};
+use super::layout::{OBJECT, ObservationField, REACH, start};
 use super::task::FetchTask;
 use crate::gym::env::observation::{BatchObservation, GoalObservation, GoalRows};
 use crate::gym::spaces::{DictSpace, Space, box_space::BoxSpace};
@@ -150,9 +150,10 @@ impl FetchObservation {
         &mut self.observation[start..]
     }
 
-    /// Returns the elements, to change them.
-    pub(super) fn elements_mut(&mut self) -> &mut [f64] {
-        &mut self.observation
+    /// Returns the fields of the elements, the elements and the achieved goal, to change these.
+    pub(super) fn parts_mut(&mut self) -> (&'static [ObservationField], &mut [f64], &mut [f64]) {
+        let fields: &[_] = if self.has_object { &OBJECT } else { &REACH };
+        (fields, &mut self.observation, &mut self.achieved_goal)
     }
 
     /// Returns the number of elements of a task's `observation`.
@@ -273,7 +274,7 @@ mod tests {
     use nalgebra::{Matrix3, Vector3};
 
     use super::*;
-    use crate::fetch::layout::{ObservationField, observation_fields};
+    use crate::fetch::layout::observation_fields;
 
     type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 

@@ -68,8 +68,10 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
             }
         }
         let (varied, interface) = (&snapshot.varied, &snapshot.interface);
+        let len = FetchObservation::len_of(self.config.task()) + self.lengths.extra;
+        let len = snapshot.goal.as_ref().map(|_| len);
         if let Err(reason) =
-            varied.check(self.task.factors()).and_then(|()| interface.check(&varied.interface))
+            varied.check(self.task.factors()).and_then(|()| interface.check(&varied.interface, len))
         {
             return foreign(reason);
         }

@@ -17,6 +17,7 @@ use self::{
     factor::Factor,
     interface::{InterfaceFactor, InterfaceNumbers},
 };
+use super::layout::{OBJECT, REACH};
 use crate::gym::np_random::NpRandom;
 use crate::gym::registry::sort_by_similarity;
 
@@ -96,8 +97,14 @@ pub(super) fn check_factor<S: Simulator>(
         Factor::Look(factor)
             if LookFactor::OBJECT_COLOR.contains(factor) && !simulator.task().has_object() =>
         {
-            let reason = "the scene has no object";
-            Err(SimError::CannotVary { factor: factor.name(), reason }.into())
+            Err(no_object(factor.name()))
+        }
+        Factor::Interface(noise)
+            if OBJECT.iter().any(|field| field.noise == *noise)
+                && REACH.iter().all(|field| field.noise != *noise)
+                && !simulator.task().has_object() =>
+        {
+            Err(no_object(noise.name()))
         }
         Factor::Own(name) if !own.contains(&name.as_str()) => {
             let own = own.iter().map(|&name| name.to_owned());
@@ -108,6 +115,10 @@ pub(super) fn check_factor<S: Simulator>(
         }
         _ => Ok(()),
     }
+}
+
+fn no_object(factor: &'static str) -> VariationError {
+    SimError::CannotVary { factor, reason: "the scene has no object" }.into()
 }
 
 impl From<Variation> for BTreeMap<Factor, Draw> {
@@ -159,7 +170,10 @@ impl Varied {
         match factor {
             Factor::Physics(factor) => self.physics = self.physics.with(*factor, value)?,
             Factor::Interface(factor) => {
-                let is_whole = *factor == InterfaceFactor::ActionDelay;
+                let is_whole = matches!(
+                    factor,
+                    InterfaceFactor::ActionDelay | InterfaceFactor::ObservationDelay
+                );
                 self.interface.set(*factor, if is_whole { value.round() } else { value });
             }
             Factor::Look(factor) => self.looks = self.looks.with(*factor, value)?,

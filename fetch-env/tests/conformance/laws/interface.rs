@@ -1,7 +1,10 @@
 //! Laws of what lies between a policy and the robot.
 
 use fetch_env::variation::{InterfaceFactor, Variation};
-use fetch_env::{Env, EnvId, FetchObservation, FetchResetOptions, GoalObservation, SnapshotEnv};
+use fetch_env::{
+    Env, EnvId, FetchObservation, FetchResetOptions, GoalEnvExt, GoalObservation, SnapshotEnv,
+    observation_fields,
+};
 
 use super::{
     Backend, Result, TestEnv, bits, make, make_with_config, random_steps, trajectory_bits,
@@ -13,6 +16,11 @@ const STEPS: usize = 45;
 fn actions() -> Vec<[f32; 4]> {
     let element = |number: usize| (number % 9) as f32 / 4.0 - 1.0;
     (0..STEPS).map(|step| [0, 1, 2, 3].map(|axis| element(step * 7 + axis * 5))).collect()
+}
+
+/// Returns whether a factor is not of an object that is missing.
+fn has(id: EnvId, factor: &str) -> bool {
+    id.task.has_object() || !factor.starts_with("object_")
 }
 
 /// Returns what an environment observes and rewards of these actions.
@@ -29,21 +37,21 @@ fn run<B: Backend>(
     let mut seen = vec![(start, 0.0)];
     for action in actions {
         let step = env.step(action)?;
+        let goals = (step.observation.achieved_goal(), step.observation.desired_goal());
+        assert_eq!(env.compute_reward(goals.0, goals.1)?, step.reward, "{id}: {factors:?}");
         seen.push((step.observation, step.reward));
     }
     Ok(seen)
 }
 
 pub(crate) fn neutral_numbers_change_no_bit<B: Backend>() -> Result {
-    let neutral = [
-        ("action_low_pass", 1.0),
-        ("action_scale", 1.0),
-        ("action_noise", 0.0),
-        ("action_delay", 0.0),
-        ("observation_noise", 0.0),
-    ];
-    assert_eq!(neutral.len(), InterfaceFactor::ALL.len());
     for id in EnvId::ALL {
+        let neutral = |factor: &InterfaceFactor| match factor {
+            InterfaceFactor::ActionLowPass | InterfaceFactor::ActionScale => (factor.name(), 1.0),
+            _ => (factor.name(), 0.0),
+        };
+        let has = |factor: &&InterfaceFactor| has(id, factor.name());
+        let neutral: Vec<_> = InterfaceFactor::ALL.iter().filter(has).map(neutral).collect();
         let [plain, neutral] = [&[][..], &neutral].map(|factors| run::<B>(id, factors, &actions()));
         assert_eq!(plain?, neutral?, "{id}");
     }
@@ -79,28 +87,67 @@ pub(crate) fn actions_pass_the_low_pass<B: Backend>() -> Result {
     Ok(())
 }
 
-pub(crate) fn noise_of_observations_leaves_goals_and_rewards<B: Backend>() -> Result {
+pub(crate) fn noise_disturbs_only_what_it_names<B: Backend>() -> Result {
     const SIGMA: f64 = 0.02;
     for id in EnvId::ALL {
         let exact = run::<B>(id, &[], &actions())?;
-        let noisy = run::<B>(id, &[("observation_noise", SIGMA)], &actions())?;
-        let mut errors = Vec::new();
-        for ((exact, exact_reward), (noisy, reward)) in exact.iter().zip(&noisy) {
-            assert_eq!(exact.achieved_goal(), noisy.achieved_goal(), "{id}");
-            assert_eq!(exact.desired_goal(), noisy.desired_goal(), "{id}");
-            assert_eq!(exact_reward, reward, "{id}");
-            let pairs = noisy.observation().iter().zip(exact.observation());
-            errors.extend(pairs.map(|(noisy, exact)| noisy - exact));
+        let fields = observation_fields(id.task);
+        let all = ("observation_noise".to_owned(), 0..FetchObservation::len_of(id.task), 0);
+        let goal = ("achieved_goal_noise".to_owned(), 0..0, 3);
+        let each =
+            fields.iter().map(|field| (format!("{}_noise", field.name), field.range.clone(), 0));
+        for (name, elements, goals) in each.chain([all, goal]) {
+            let noisy = run::<B>(id, &[(&name, SIGMA)], &actions())?;
+            let mut errors = Vec::new();
+            for ((exact, exact_reward), (noisy, reward)) in exact.iter().zip(&noisy) {
+                assert_eq!(exact.desired_goal(), noisy.desired_goal(), "{id}: {name}");
+                assert!(goals > 0 || exact_reward == reward, "{id}: {name}");
+                for (disturbed, exact, noisy) in [
+                    (&elements, exact.observation(), noisy.observation()),
+                    (&(0..goals), exact.achieved_goal(), noisy.achieved_goal()),
+                ] {
+                    for (at, (noisy, exact)) in noisy.iter().zip(exact).enumerate() {
+                        if disturbed.contains(&at) {
+                            errors.push(noisy - exact);
+                        } else {
+                            assert_eq!(noisy.to_bits(), exact.to_bits(), "{id}: {name}, {at}");
+                        }
+                    }
+                }
+            }
+            let count = errors.len() as f64;
+            let mean = errors.iter().sum::<f64>() / count;
+            let sigma = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
+            // Five standard errors.
+            assert!(mean.abs() < 5.0 * SIGMA / count.sqrt(), "{id}: {name}, {mean}");
+            let tolerance = 5.0 / (2.0 * count).sqrt();
+            assert!((sigma / SIGMA - 1.0).abs() < tolerance, "{id}: {name}, {sigma}");
+            errors.sort_by(f64::total_cmp);
+            errors.dedup();
+            assert_eq!(errors.len() as f64, count, "{id}: {name} is the same twice");
         }
-        let count = errors.len() as f64;
-        let mean = errors.iter().sum::<f64>() / count;
-        let sigma = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
-        // Five standard errors.
-        assert!(mean.abs() < 5.0 * SIGMA / count.sqrt(), "{id}: {mean}");
-        assert!((sigma / SIGMA - 1.0).abs() < 5.0 / (2.0 * count).sqrt(), "{id}: {sigma}");
-        errors.sort_by(f64::total_cmp);
-        errors.dedup();
-        assert_eq!(errors.len() as f64, count, "{id} has the same noise twice");
+        // A field's own noise takes the place of that of all.
+        let factors = [("observation_noise", SIGMA), ("grip_pos_noise", 0.0)];
+        for ((exact, _), (noisy, _)) in exact.iter().zip(run::<B>(id, &factors, &actions())?) {
+            assert_eq!(noisy.grip_position(), exact.grip_position(), "{id}");
+            assert_ne!(noisy.grip_velocity(), exact.grip_velocity(), "{id}");
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn delayed_observations_come_late_and_goals_in_time<B: Backend>() -> Result {
+    const DELAY: usize = 3;
+    for id in EnvId::ALL {
+        let noise = [("observation_noise", 0.02), ("action_noise", 0.1)];
+        let now = run::<B>(id, &noise, &actions())?;
+        let factors = [noise[0], noise[1], ("observation_delay", DELAY as f64)];
+        for (at, (late, reward)) in run::<B>(id, &factors, &actions())?.iter().enumerate() {
+            assert_eq!(late.observation(), now[at.saturating_sub(DELAY)].0.observation(), "{id}");
+            assert_eq!(late.achieved_goal(), now[at].0.achieved_goal(), "{id}");
+            assert_eq!(late.desired_goal(), now[at].0.desired_goal(), "{id}");
+            assert_eq!(*reward, now[at].1, "{id}");
+        }
     }
     Ok(())
 }
@@ -128,7 +175,9 @@ pub(crate) fn what_was_observed_is_observed_again<B: Backend>() -> Result {
             .with("observation_noise", 0.01)?
             .with("action_noise", 0.1..=0.3)?
             .with("action_low_pass", 0.5)?
-            .with("action_delay", 2.0)?;
+            .with("action_delay", 2.0)?
+            .with("observation_delay", 3.0)?
+            .with("achieved_goal_noise", 0.01)?;
         let config = id.config().with_variation(variation);
         let mut env = make_with_config::<B>(config.clone())?;
         let start = env.reset(Some(6))?.observation;

@@ -17,7 +17,11 @@ use super::{
 /// Returns an environment's settings with everything varied that the simulator can vary.
 fn varied<B: Backend>(id: EnvId) -> Result<FetchConfig> {
     let simulator = B::simulator(id.config().sim())?;
-    let mut variation = Variation::default().with("action_delay", Draw::Choice(vec![0.0, 2.0]))?;
+    let mut variation = Variation::default()
+        .with("action_delay", Draw::Choice(vec![0.0, 2.0]))?
+        .with("observation_delay", Draw::Choice(vec![0.0, 1.0]))?
+        .with("grip_velp_noise", 0.01)?
+        .with("achieved_goal_noise", 0.001)?;
     for &factor in PhysicsFactor::ALL {
         if simulator.can_vary(factor).is_ok() {
             let draw = match factor {
@@ -190,6 +194,7 @@ pub(crate) fn what_cannot_vary_is_refused<B: Backend>() -> Result {
         ("gravity", f64::NAN, "gravity is NaN: pass numbers from 0 to 100"),
         ("gravity", -1.0, "gravity is -1.0: pass numbers from 0 to 100"),
         ("graviti", 1.0, r#"there is no factor "graviti": the nearest are gravity, "#),
+        ("object_pos_noise", 0.1, "object_pos_noise cannot vary here"),
         ("action_delay", 51.0, "action_delay is 51.0: pass numbers from 0 to 50"),
     ] {
         let options = FetchResetOptions::default().with_factor(name, value);
