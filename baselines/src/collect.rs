@@ -90,16 +90,20 @@ where
                     buffer.begin_episode(buffer_env, &start)
                 }
                 Event::Step(action, step) => {
+                    let observation = &step.observation;
                     let step = StepData {
                         action,
                         reward: step.reward,
-                        next_observation: step.observation.observation(),
-                        next_achieved_goal: step.observation.achieved_goal(),
+                        next_observation: observation.observation(),
+                        next_achieved_goal: observation.achieved_goal(),
                         terminated: step.terminated,
                         truncated: step.truncated,
                         fields: &[],
                     };
-                    buffer.add_step(buffer_env, &step)
+                    let desired_goal = observation.desired_goal();
+                    buffer
+                        .set_desired_goal(buffer_env, desired_goal)
+                        .and_then(|_| buffer.add_step(buffer_env, &step))
                 }
             };
             added.map_err(|source| CollectError::Buffer { episode, seed, source })

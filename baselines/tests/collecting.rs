@@ -1,8 +1,10 @@
 //! Episodes of environments, collected into a buffer.
 
 use baselines::{CollectError, Policy, RandomPolicy, buffer_config, collect};
+use fetch_env::wrappers::{KeepsGoals, Resetting, Wrapper};
 use fetch_env::{
-    BoxSpace, Env, FetchObservation, GoalEnv, GoalEnvExt, GoalObservation, make_kinematic,
+    ActionElement, BoxSpace, Env, EnvError, EnvExt, FetchObservation, GoalEnv, GoalEnvExt,
+    GoalObservation, MovingGoal, Reset, Space, Step, make_kinematic,
 };
 use her_relabel::{AddError, Batch, GoalStrategy, HerBuffer, Sampler, UnitInterval};
 
@@ -14,12 +16,13 @@ const STEPS: usize = 50;
 /// Fills a buffer and compares it with the environment, stepped again.
 fn check<E: GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>>(
     mut env: E,
+    episodes: usize,
 ) -> Result {
     let mut buffer = HerBuffer::<f64>::new(buffer_config(1000, &env)?)?;
     let mut policy = RandomPolicy::new(env.action_space(), 3);
     let collected = collect(&mut env, &mut policy, EPISODES, 10, &mut buffer, 0, |_| ())?;
     assert_eq!(collected.episodes.len(), EPISODES);
-    assert_eq!((buffer.len(), buffer.num_episodes()), (EPISODES * STEPS, EPISODES));
+    assert_eq!((buffer.len(), buffer.num_episodes()), (EPISODES * STEPS, episodes));
 
     let mut batch = Batch::new();
     let sampler = Sampler::new(2000, GoalStrategy::Future, UnitInterval::from_k(4));
@@ -53,10 +56,56 @@ fn check<E: GoalEnv<Observation = FetchObservation, ActionSpace = BoxSpace<f32>>
     Ok(())
 }
 
+/// Moves the goal before each third step of an episode.
+struct Moves(u8);
+
+impl<E: MovingGoal + Env> Wrapper<E> for Moves {
+    type Observation = E::Observation;
+    type Info = E::Info;
+    type ActionSpace = E::ActionSpace;
+
+    fn reset(
+        &mut self,
+        env: &mut Resetting<'_, E>,
+        seed: Option<u64>,
+        options: &E::ResetOptions,
+    ) -> Result<Reset<E::Observation, E::Info>, EnvError> {
+        self.0 = 0;
+        env.reset_with(seed, options)
+    }
+
+    fn step(
+        &mut self,
+        env: &mut E,
+        action: &[ActionElement<E>],
+    ) -> Result<Step<E::Observation, E::Info>, EnvError> {
+        self.0 += 1;
+        if self.0.is_multiple_of(3) {
+            env.set_desired_goal(&[1.3, 0.7, 0.5 + 0.001 * f64::from(self.0)])?;
+        }
+        env.step(action)
+    }
+
+    fn action_space<'a>(&'a self, env: &'a E) -> &'a E::ActionSpace {
+        env.action_space()
+    }
+
+    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
+        env.observation_space()
+    }
+}
+
+impl KeepsGoals for Moves {}
+
+#[test]
+fn each_goal_of_an_episode_has_an_episode_in_the_buffer() -> Result {
+    check(make_kinematic("FetchPushDense-v4")?.wrap(Moves(0))?, EPISODES * (1 + STEPS / 3))
+}
+
 #[test]
 fn episodes_of_the_kinematic_simulator_are_collected() -> Result {
     for id in ["FetchReach-v4", "FetchPushDense-v4"] {
-        check(make_kinematic(id)?)?;
+        check(make_kinematic(id)?, EPISODES)?;
     }
     Ok(())
 }
@@ -65,7 +114,7 @@ fn episodes_of_the_kinematic_simulator_are_collected() -> Result {
 #[test]
 fn episodes_of_mujoco_are_collected() -> Result {
     for id in ["FetchReachDense-v4", "FetchPickAndPlace-v4"] {
-        check(fetch_env::make(id)?)?;
+        check(fetch_env::make(id)?, EPISODES)?;
     }
     Ok(())
 }

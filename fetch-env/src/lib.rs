@@ -48,6 +48,7 @@
 //! | reset and step any environment | [`Env`] |
 //! | compute the reward of any pair of goals | [`GoalEnv`], [`GoalEnvExt`] |
 //! | save and restore its state | [`SnapshotEnv`] |
+//! | move the goal within an episode | [`MovingGoal`] |
 //! | change what it takes or returns | [`EnvExt::wrap`] with one of the [`wrappers`] |
 //! | step many at once | [`VecEnv`], from `make_vec` or [`make_kinematic_vec`] |
 //! | make environments of your own by name | [`Registry`] |
@@ -134,7 +135,7 @@ pub use gym::{
     env::{
         ActionElement, Env, Reset, SnapshotEnv, Step, WrappedSnapshot,
         action_space::ActionSpace,
-        goal::{GoalEnv, GoalEnvExt, Info},
+        goal::{GoalEnv, GoalEnvExt, Info, MovingGoal},
         observation::{BatchObservation, GoalObservation},
     },
     error::EnvError,

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use fetch_env::{Env as _, FetchEnv, FetchObservation, Info, MujocoSimulator, SnapshotEnv, Step};
+use fetch_env::{
+    Env as _, FetchEnv, FetchObservation, Info, MovingGoal, MujocoSimulator, SnapshotEnv, Step,
+};
 use fetch_sim::builtin_files;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::{

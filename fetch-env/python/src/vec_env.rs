@@ -1,7 +1,7 @@
 //! Many environments, stepped together.
 
 use fetch_env::{
-    ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MujocoEnv, make_vec_while,
+    ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MovingGoal, MujocoEnv, make_vec_while,
     vec_env::{self, AutoresetMode, VecConfig, VecReset, VecStep},
 };
 use numpy::{PyArray1, PyArray3, ToPyArray, ndarray::ArrayView2};
@@ -12,7 +12,7 @@ use pyo3::{
 };
 
 use crate::arrays::{self, Numbers, Settled};
-use crate::config::Config;
+use crate::config::{Config, GOAL_LEN};
 use crate::error::{Error, Result};
 use crate::exclusive::{Exclusive, Guard};
 use crate::integer::Integer;
@@ -158,6 +158,39 @@ impl VecEnv {
         let mut parts = self.lock(py)?;
         let goal = parts.env(env_index)?.inner().desired_goal();
         Ok(goal.map(|goal| PyArray1::from_slice(py, goal)))
+    }
+
+    /// Replaces the goals of the episodes: one for all environments, or a row for each.
+    fn set_goals(&self, py: Python<'_>, goals: &Bound<'_, PyAny>) -> Result<()> {
+        let goals = Numbers::take("goal", goals)?;
+        let mut parts = self.lock(py)?;
+        let envs = parts.envs()?;
+        let num_envs = envs.num_envs();
+        let all = match *goals.shape() {
+            [GOAL_LEN] => goals.to_double().repeat(num_envs),
+            [rows, GOAL_LEN] if rows == num_envs => goals.to_double(),
+            ref shape => {
+                let wrong = format!("goal has the shape {shape:?}: pass (3,), or ({num_envs}, 3)");
+                return Err(Error::value(wrong));
+            }
+        };
+        let mut before = Vec::new();
+        for env_index in 0..num_envs {
+            let goal = env(envs, env_index)?.inner().desired_goal();
+            before.extend_from_slice(goal.ok_or(EnvError::ResetNeeded)?);
+        }
+        let mut set = |goals: &[f64], env_index: usize| {
+            let env = envs.env_mut(env_index).ok_or(EnvError::ResetNeeded)?;
+            env.set_desired_goal(row(goals, env_index, num_envs))
+        };
+        for env_index in 0..num_envs {
+            set(&all, env_index).map_err(|error| {
+                // Then nothing has changed.
+                (0..env_index).for_each(|env_index| drop(set(&before, env_index)));
+                Error::from(error).of_env(env_index)
+            })?;
+        }
+        Ok(())
     }
 
     /// Where the gripper starts in all environments, and the height of the object, in meters.

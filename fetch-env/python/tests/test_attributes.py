@@ -192,10 +192,10 @@ def test_a_vector_reads_what_its_environments_have_and_is_not_changed():
         for value in envs.get_attr(name):
             np.testing.assert_array_equal(value, getattr(one, name))
         with pytest.raises(AttributeError, match=name):
-            envs.set_attr(name, 1.0)
+            setattr(envs, name, 1.0)
         if name != "goal":
             with pytest.raises(AttributeError, match=name):
-                setattr(envs, name, 1.0)
+                envs.set_attr(name, 1.0)
 
 
 def test_methods_that_are_never_called_are_not_overridden():

@@ -90,6 +90,45 @@ def test_forgotten_and_doubled_results_are_errors_and_store_nothing(envs):
     assert stored(buffer) <= spy.happened
 
 
+def test_rows_have_the_goals_that_a_vector_had_in_their_steps():
+    envs = fetch_env.FetchVectorEnv("FetchReachDense-v4", 3, max_episode_steps=8)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.set_attr("goal", np.zeros(3))
+    buffer = fetch_env.HerBuffer(envs, 1000)
+    envs.reset(seed=0)
+    buffer.record(envs)
+    goals = np.array(envs.get_attr("goal"))
+    for wrong in (np.zeros(4), np.zeros((2, 3)), [[0.0] * 3, [np.nan] * 3, [0.0] * 3]):
+        with pytest.raises(ValueError, match="goal"):
+            envs.set_attr("goal", wrong)
+    np.testing.assert_array_equal(envs.get_attr("goal"), goals)
+    envs.action_space.seed(0)
+    happened = {}
+    for time in range(40):
+        if time % 3 == 1:
+            goals[1] += 0.01
+            envs.set_attr("goal", goals if time % 2 else goals[1])
+        goals = np.array(envs.get_attr("goal"))
+        actions = envs.action_space.sample()
+        observations, rewards, *_, infos = envs.step(actions)
+        buffer.record(envs)
+        for env_index in np.flatnonzero(infos.get("_is_success", [])):
+            np.testing.assert_array_equal(observations["desired_goal"][env_index], goals[env_index])
+            happened[actions[env_index].tobytes()] = goals[env_index].copy(), rewards[env_index]
+    for env_index in range(3):
+        if buffer.unfinished_steps(env_index=env_index):
+            buffer.end_episode(env_index=env_index)
+    assert len(buffer) == len(happened)
+    batch = buffer.sample(20 * len(buffer), k=0, seed=0)
+    pairs = batch["next_achieved_goal"].astype(float), batch["desired_goal"].astype(float)
+    np.testing.assert_allclose(batch["reward"], envs.compute_reward(*pairs, {}), atol=1e-6)
+    columns = (batch[name] for name in ("action", "desired_goal", "reward"))
+    for action, goal, reward in zip(*columns, strict=True):
+        expected = happened[action.tobytes()]
+        np.testing.assert_array_equal(goal, expected[0].astype(np.float32))
+        assert reward == np.float32(expected[1])
+
+
 def test_the_message_says_what_is_missing(envs, actions):
     buffer = fetch_env.HerBuffer(envs, 100)
     envs.reset(seed=0)

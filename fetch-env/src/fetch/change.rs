@@ -6,7 +6,7 @@ use super::observation::Goal;
 use super::{
     config::FetchConfig, env::FetchEnv, error::MakeError, reset::FetchResetOptions, task::FetchTask,
 };
-use crate::gym::error::EnvError;
+use crate::gym::{env::goal::MovingGoal, error::EnvError};
 
 impl<S: Simulator> FetchEnv<S> {
     /// Replaces the settings. The reward's apply from now on, to the episode under way as well, and
@@ -38,27 +38,11 @@ impl<S: Simulator> FetchEnv<S> {
     }
 }
 
-impl<S: Simulator, R, T: FetchTask<S>> FetchEnv<S, R, T> {
-    /// Replaces the goal of the episode, in meters in the built-in tasks: observations, rewards and
-    /// pictures have it until the next reset. The random numbers stay as they are.
-    ///
-    /// ```
-    /// use fetch_env::{Env, GoalObservation, make_kinematic};
-    ///
-    /// let mut env = make_kinematic("FetchReach-v4")?.into_inner();
-    /// env.reset(Some(0))?;
-    /// env.set_desired_goal(&[1.3, 0.7, 0.5])?;
-    /// assert_eq!(env.step(&[0.0; 4])?.observation.desired_goal(), [1.3, 0.7, 0.5]);
-    /// # Ok::<(), fetch_env::EnvError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`EnvError::ResetNeeded`] without an episode, and [`EnvError::OptionLength`] and
-    /// [`EnvError::OptionOutside`] as in a reset; then nothing has changed.
-    pub fn set_desired_goal(&mut self, meters: &[f64]) -> Result<(), EnvError> {
-        let options = FetchResetOptions::default().with_desired_goal(meters);
+impl<S: Simulator, R, T: FetchTask<S>> MovingGoal for FetchEnv<S, R, T> {
+    fn set_desired_goal(&mut self, desired_goal: &[f64]) -> Result<(), EnvError> {
+        let options = FetchResetOptions::default().with_desired_goal(desired_goal);
         options.check(self.config.task(), self.lengths.goal)?;
-        *self.goal.as_mut().ok_or(EnvError::ResetNeeded)? = Goal::from_slice(meters);
+        *self.goal.as_mut().ok_or(EnvError::ResetNeeded)? = Goal::from_slice(desired_goal);
         Ok(())
     }
 }

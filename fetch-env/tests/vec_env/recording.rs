@@ -1,11 +1,16 @@
 //! Recording every batch in a hindsight buffer stores what each environment does alone.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use fetch_env::{
-    Env, EnvError, FetchResetOptions, GoalObservation,
+    Env, EnvError, FetchResetOptions, GoalObservation, MovingGoal,
     vec_env::{AutoresetMode, VecConfig, VecEnv, VecReset},
 };
 use fetch_sim::{KinematicSimulator, SimError};
-use her_relabel::{BufferConfig, Dims, HerBuffer, StartData, StepData};
+use goal_reward::{DistanceReward, GoalReward};
+use her_relabel::{
+    Batch, BufferConfig, Dims, GoalStrategy, HerBuffer, Sampler, StartData, StepData, UnitInterval,
+};
 use testing::Faulty;
 
 use crate::common::{MODES, Result, TestEnv, action, actions, envs, kinematic, vec_env};
@@ -218,6 +223,62 @@ fn a_restored_state_is_not_joined_to_the_steps_before() -> Result {
         assert_eq!((buffer.len(), buffer.unfinished_steps(0)?), (3 * COUNT, Some(0)));
         buffer.record(&envs.step(&actions)?.into())?.check()?;
         assert_eq!(buffer.unfinished_steps(0)?, Some(1));
+    }
+    Ok(())
+}
+
+#[test]
+fn each_row_of_a_goal_that_moves_has_the_goal_of_its_step() -> Result {
+    for mode in MODES {
+        let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
+        let (mut envs, mut buffer) = (vec_env(COUNT, config)?, buffer()?);
+        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+        // By action: the goal and the reward.
+        let mut taken = BTreeMap::new();
+        for step in 0..STEPS {
+            // Never, each time, and seldom.
+            for env_index in (1..COUNT).filter(|env_index| step % env_index == 0) {
+                let goal = [1.3, 0.7, 0.5].map(|meters| meters + 0.01 * (step % 20) as f64);
+                let env = envs.env_mut(env_index).ok_or("in flight")?;
+                env.set_desired_goal(&goal)?;
+            }
+            let goal = |env_index| Some(envs.env(env_index)?.inner().desired_goal()?.to_vec());
+            let goals: Vec<_> = (0..COUNT).map(goal).collect();
+            let batch = envs.step(&actions(COUNT, step))?;
+            for (env_index, goal) in
+                goals.into_iter().enumerate().filter(|(env_index, _)| batch.stepped()[*env_index])
+            {
+                let action = action(env_index, step).map(f32::to_bits);
+                taken.insert(action, (goal.ok_or("no goal")?, batch.reward()[env_index]));
+            }
+            buffer.record(&batch.into())?.check()?;
+            let over: Vec<bool> = batch.truncated().to_vec();
+            if mode == AutoresetMode::Disabled && over.contains(&true) {
+                let reset = VecReset { mask: Some(&over), ..VecReset::default() };
+                buffer.record(&envs.reset_with(&reset)?.into())?.check()?;
+            }
+        }
+        for env_index in 0..COUNT {
+            let _ = buffer.end_episode(env_index);
+        }
+        assert_eq!(buffer.len(), taken.len());
+        let (mut batch, reward) = (Batch::<f64>::new(), DistanceReward::dense());
+        for ratio in [UnitInterval::ZERO, UnitInterval::from_k(4)] {
+            let sampler = Sampler::new(20 * taken.len(), GoalStrategy::Future, ratio);
+            sampler.sample(&buffer, &reward, 0, &mut batch)?;
+            let rows = batch.action().chunks(4).zip(batch.desired_goal().chunks(3));
+            let rows = rows.zip(batch.next_achieved_goal().chunks(3)).enumerate();
+            let mut drawn = BTreeSet::new();
+            for (row, ((action, goal), achieved)) in rows {
+                assert_eq!(batch.reward()[row], reward.reward(achieved, goal), "{mode:?}");
+                if batch.goal_source()[row].is_none() {
+                    let action = [0, 1, 2, 3].map(|at| (action[at] as f32).to_bits());
+                    assert_eq!(taken[&action], (goal.to_vec(), batch.reward()[row]), "{mode:?}");
+                    drawn.insert(action);
+                }
+            }
+            assert!(ratio > UnitInterval::ZERO || drawn.len() == taken.len());
+        }
     }
     Ok(())
 }

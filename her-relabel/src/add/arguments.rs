@@ -33,7 +33,9 @@ pub struct StartData<'a, O, G = O> {
 pub struct StepData<'a, O, G = O, A = O> {
     /// The action taken, `dims.action` elements.
     pub action: &'a [A],
-    /// The reward for the episode's own goal: in `f32`, at most 1e20 in magnitude.
+    /// The reward for the episode's goal, which
+    /// [`set_desired_goal`](crate::HerBuffer::set_desired_goal) changes: in `f32`, at most 1e20 in
+    /// magnitude.
     pub reward: G,
     /// The observation after the step, `dims.observation` elements: at an episode's end its
     /// terminal observation, never the first one of the next episode.
@@ -99,13 +101,16 @@ pub struct StepRows<'a, O, G = O, A = O> {
     pub started: &'a [bool],
     /// The actions taken, `n * dims.action` elements.
     pub action: &'a [A],
-    /// The rewards for the episodes' own goals, `n` elements: in `f32`, at most 1e20 in magnitude.
+    /// The rewards for the goals after the step, `n` elements: in `f32`, at most 1e20 in magnitude.
     pub reward: &'a [G],
     /// The observations after the step, `n * dims.observation` elements: at an episode's end its
     /// terminal observation, never the first one of the next episode.
     pub next_observation: &'a [O],
     /// The goals achieved after the step, `n * dims.goal` elements.
     pub next_achieved_goal: &'a [G],
+    /// The desired goals after the step, `n * dims.goal` elements, or none if goals never change
+    /// within an episode.
+    pub next_desired_goal: &'a [G],
     /// Whether the task ended with the step, `n` elements.
     pub terminated: &'a [bool],
     /// Whether the episode was cut off after the step, `n` elements. In a row without a step,
@@ -153,6 +158,12 @@ impl<'a, O, G: Copy, A> StepRows<'a, O, G, A> {
             truncated: self.truncated[at],
             fields: self.fields,
         }
+    }
+
+    /// Returns the desired goal after the step of the row at `at`, if it is given.
+    pub(crate) fn next_desired_goal(&self, at: usize, dims: Dims) -> Option<&'a [G]> {
+        let is_given = !self.next_desired_goal.is_empty();
+        is_given.then(|| row(self.next_desired_goal, at, dims.goal))
     }
 
     /// Returns the start of the row at `at`.

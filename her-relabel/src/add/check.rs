@@ -237,6 +237,7 @@ impl<O, G, A> StepRows<'_, O, G, A> {
             ("desired_goal", self.desired_goal.len(), dims.goal),
         ];
         check(self.stepped.contains(&true), &steps)?;
+        check(false, &[("next_desired_goal", self.next_desired_goal.len(), dims.goal)])?;
         check(self.started.contains(&true), &starts)
     }
 
@@ -278,7 +279,11 @@ pub(crate) fn check_fields<S>(
 }
 
 /// Checks the length of a vector, and that each element is finite.
-fn check<T: Scalar, S: Scalar>(field: &str, values: &[S], expected: usize) -> Result<(), AddError> {
+pub(crate) fn check<T: Scalar, S: Scalar>(
+    field: &str,
+    values: &[S],
+    expected: usize,
+) -> Result<(), AddError> {
     check_len(field, values.len(), expected)?;
     check_finite::<T, S>(field, values)
 }

@@ -19,8 +19,8 @@ pub struct Recorded {
     /// The number of steps that were not added, because the buffer cannot store their numbers or
     /// has discarded the beginning of their episode.
     pub skipped_steps: usize,
-    /// The number of episodes that ended with at least one step. They can now be sampled, except
-    /// [motionless ones](crate::MotionlessEpisodes) that the buffer does not keep.
+    /// The number of episodes that ended with at least one step, a new goal included. They can now be
+    /// sampled, except [motionless ones](crate::MotionlessEpisodes) that the buffer does not keep.
     pub finished_episodes: usize,
     /// The number of unfinished episodes that were discarded, because their environment failed or
     /// the buffer cannot store one of their steps.
@@ -59,7 +59,8 @@ impl<T: Scalar> HerBuffer<T> {
     ///
     /// Each row is recorded in this order:
     /// 1. A step is added to the environment's episode, and ends it if it is terminated or
-    ///    truncated. If the episode was discarded, the step is skipped.
+    ///    truncated. If the desired goal after the step is a new one, it is
+    ///    [set](Self::set_desired_goal) before. If the episode was discarded, the step is skipped.
     /// 2. A truncated row without a step means that the environment failed: its unfinished episode
     ///    is discarded. Steps before its next start are skipped.
     /// 3. Where an episode starts, one that is still under way ends as truncated with the steps it
@@ -171,7 +172,13 @@ impl<T: Scalar> HerBuffer<T> {
         }
         if rows.stepped[at] && is_under_way {
             let step = rows.step(at, dims);
-            refusal = step.check_numbers::<T>(&self.storage.fields, at);
+            let goal = rows.next_desired_goal(at, dims);
+            refusal = step.check_numbers::<T>(&self.storage.fields, at).and_then(|()| {
+                let changed =
+                    goal.map(|goal| self.set_desired_goal(env_index, goal)).transpose()?;
+                recorded.finished_episodes += usize::from(changed == Some(true));
+                Ok(())
+            });
             if refusal.is_ok() {
                 recorded.recorded_steps += 1;
                 recorded.finished_episodes += usize::from(self.push_step(env_index, &step, at));

@@ -3,6 +3,7 @@
 use crate::add::arguments::{StartData, StepRows};
 use crate::add::check::AddError;
 use crate::add::record::{Recorded, RefusedRow};
+use crate::add::unfinished::are_same;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::layout::Layout;
@@ -75,10 +76,4 @@ impl<T: Scalar> Unfinished<T> {
             && are_same(&last[layout.achieved_goal()], state.achieved_goal)
             && are_same(&self.desired_goal, state.desired_goal)
     }
-}
-
-/// Returns whether these numbers were stored as those.
-fn are_same<T: Scalar, S: Scalar>(stored: &[T], numbers: &[S]) -> bool {
-    let pairs = stored.iter().zip(numbers);
-    pairs.into_iter().all(|(stored, number)| stored.bits() == T::from_f64(number.to_f64()).bits())
 }

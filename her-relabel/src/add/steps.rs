@@ -1,7 +1,8 @@
 //! Adding steps of one environment, and whole episodes.
 
 use crate::add::arguments::{EpisodeData, StartData, StepData};
-use crate::add::check::{AddError, check_fields};
+use crate::add::check::{AddError, check, check_fields};
+use crate::add::unfinished::{are_same, fill};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
 use crate::store::episodes::Ending;
@@ -16,16 +17,6 @@ impl<T: Scalar> HerBuffer<T> {
         let is_under_way = self.is_under_way(env_index)?;
         let steps = self.unfinished[env_index].steps(&self.storage.layout);
         Ok(is_under_way.then_some(steps.min(self.config.capacity())))
-    }
-
-    /// Returns the goal of the environment's unfinished episode, `dims.goal` elements; `None` if
-    /// none is under way.
-    ///
-    /// # Errors
-    /// [`AddError::UnknownEnv`].
-    pub fn unfinished_goal(&self, env_index: usize) -> Result<Option<&[T]>, AddError> {
-        let is_under_way = self.is_under_way(env_index)?;
-        Ok(is_under_way.then_some(&*self.unfinished[env_index].desired_goal))
     }
 
     /// Begins an episode of an environment, after its reset.
@@ -66,6 +57,58 @@ impl<T: Scalar> HerBuffer<T> {
         self.push_step(env_index, step, 0);
         self.unfinished[env_index].newest = None;
         Ok(())
+    }
+
+    /// Sets the goal that an environment has from its next step on. Stored episodes have one goal
+    /// each: with a new goal, the unfinished episode ends as truncated with the steps it has, and
+    /// another begins in its last state. Later, goals to relabel with come from the same episode.
+    /// Returns whether an episode with steps has ended.
+    ///
+    /// # Errors
+    /// [`AddError::UnknownEnv`], [`AddError::NoEpisode`], or another [`AddError`] for an invalid
+    /// goal.
+    ///
+    /// ```
+    /// use her_relabel::{BufferConfig, Dims, HerBuffer, StartData, StepData};
+    ///
+    /// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
+    /// let mut buffer = HerBuffer::<f32>::new(config)?;
+    /// let (observation, achieved_goal) = (&[0.0], &[0.0]);
+    /// buffer.begin_episode(0, &StartData { observation, achieved_goal, desired_goal: &[5.0] })?;
+    /// let step = StepData {
+    ///     action: &[1.0],
+    ///     reward: -1.0,
+    ///     next_observation: &[1.0],
+    ///     next_achieved_goal: &[1.0],
+    ///     terminated: false,
+    ///     truncated: false,
+    ///     fields: &[],
+    /// };
+    /// buffer.add_step(0, &step)?;
+    /// assert!(buffer.set_desired_goal(0, &[6.0])?);
+    /// assert_eq!((buffer.len(), buffer.unfinished_steps(0)?), (1, Some(0)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn set_desired_goal<G: Scalar>(
+        &mut self,
+        env_index: usize,
+        desired_goal: &[G],
+    ) -> Result<bool, AddError> {
+        self.check_under_way(env_index)?;
+        let layout = &self.storage.layout;
+        check::<T, G>("desired_goal", desired_goal, layout.dims().goal)?;
+        let unfinished = &mut self.unfinished[env_index];
+        if are_same(&unfinished.desired_goal, desired_goal) {
+            return Ok(false);
+        }
+        let has_steps = unfinished.steps(layout) > 0;
+        if has_steps {
+            let rows = unfinished.finish(&self.storage);
+            self.storage.push_episode(rows, Ending { terminated: false, truncated: true });
+            unfinished.keep_last_state(&self.storage.layout);
+        }
+        fill(&mut unfinished.desired_goal, desired_goal);
+        Ok(has_steps)
     }
 
     /// Ends the unfinished episode of an environment as truncated. An episode without steps is

@@ -75,6 +75,12 @@ impl<T: Scalar> Unfinished<T> {
         &self.rows[skipped * layout.row()..]
     }
 
+    /// Forgets all steps, but not the state after the last one.
+    pub(crate) fn keep_last_state(&mut self, layout: &Layout) {
+        self.rows.drain(..self.rows.len() - layout.row());
+        self.rows[layout.state().end..].fill(T::default());
+    }
+
     fn set_action<G: Scalar, A: Scalar>(&mut self, layout: &Layout, action: &[A], reward: G) {
         let last = self.rows.len() - layout.row();
         let row = &mut self.rows[last..];
@@ -115,8 +121,14 @@ fn set_fields<T: Scalar, S: Scalar>(
     }
 }
 
-fn fill<T: Scalar, S: Scalar>(target: &mut [T], source: &[S]) {
+pub(crate) fn fill<T: Scalar, S: Scalar>(target: &mut [T], source: &[S]) {
     for (target, source) in target.iter_mut().zip(source) {
         *target = T::from_f64(source.to_f64());
     }
+}
+
+/// Returns whether these numbers were stored as those.
+pub(crate) fn are_same<T: Scalar, S: Scalar>(stored: &[T], numbers: &[S]) -> bool {
+    let pairs = stored.iter().zip(numbers);
+    pairs.into_iter().all(|(stored, number)| stored.bits() == T::from_f64(number.to_f64()).bits())
 }

@@ -109,6 +109,7 @@ fn wrong_lengths_and_environments_change_nothing() -> Result {
         (StepRows { reward: ones, ..good }, wrong("reward", 2, 1)),
         (StepRows { next_observation: ones, ..good }, wrong("next_observation", 4, 1)),
         (StepRows { next_achieved_goal: ones, ..good }, wrong("next_achieved_goal", 6, 1)),
+        (StepRows { next_desired_goal: ones, ..good }, wrong("next_desired_goal", 6, 1)),
         (StepRows { observation: &[], ..good }, wrong("observation", 4, 0)),
         (StepRows { achieved_goal: ones, ..good }, wrong("achieved_goal", 6, 1)),
         (StepRows { desired_goal: ones, ..good }, wrong("desired_goal", 6, 1)),

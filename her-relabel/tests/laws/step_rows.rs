@@ -79,8 +79,7 @@ impl Columns {
             observation: &self.observations,
             achieved_goal: &self.achieved_goals,
             desired_goal: &self.desired_goals,
-            fields: &[],
-            numbers: None,
+            ..StepRows::default()
         }
     }
 }

@@ -82,6 +82,20 @@ impl List {
         }
     }
 
+    /// Sets the goal of the environment's next steps. Returns whether an episode with steps has ended.
+    pub(crate) fn set_goal(&mut self, env: usize, desired_goal: Vec<f64>) -> bool {
+        let changes = |episode: &&Episode| episode.desired_goal != desired_goal;
+        let Some(episode) = self.under_way[env].clone().filter(|episode| changes(&episode)) else {
+            return false;
+        };
+        self.end(env, false, true);
+        let has_steps = !episode.steps.is_empty();
+        let states = episode.states.last().cloned().into_iter().collect();
+        let next = Episode { desired_goal, states, steps: Vec::new(), ..episode };
+        self.under_way[env] = Some(next);
+        has_steps
+    }
+
     /// Returns whether a step of the environment can be recorded or skipped.
     pub(crate) fn has_begun(&self, env: usize) -> bool {
         self.under_way[env].is_some() || self.discarded[env]

@@ -23,8 +23,9 @@ const DESIRED: [f64; 4] = [-1.75, 0.05, 0.0999, 2.5];
 /// Rewards whose sums are exact.
 const REWARDS: [f64; 5] = [-1.0, -0.0, 0.0, 0.25, 3.5];
 
-/// The events in an environment's row: a step, the state after it, and the start of an episode.
-type Life = (Taken, State, Episode);
+/// The events in an environment's row: a step, the state after it, the start of an episode, and the
+/// goal after the step.
+type Life = (Taken, State, Episode, Vec<f64>);
 
 /// The list, and the generator of the events' numbers.
 pub(crate) struct World {
@@ -67,9 +68,21 @@ impl World {
         }
     }
 
+    fn desired_goal(&mut self) -> Vec<f64> {
+        (0..self.config.dims().goal).map(|_| self.one_of(&DESIRED)).collect()
+    }
+
+    /// Returns the goal of an environment's next step, seldom a new one.
+    fn next_goal(&mut self, env: usize) -> Vec<f64> {
+        let new = self.desired_goal();
+        let is_new = self.rng.next_u32().is_multiple_of(4);
+        let old = self.list.under_way[env].as_ref().filter(|_| !is_new);
+        old.map_or(new, |episode| episode.desired_goal.clone())
+    }
+
     fn start(&mut self) -> Episode {
         Episode {
-            desired_goal: (0..self.config.dims().goal).map(|_| self.one_of(&DESIRED)).collect(),
+            desired_goal: self.desired_goal(),
             states: vec![self.state()],
             steps: Vec::new(),
             terminated: false,
@@ -158,6 +171,9 @@ impl World {
             buffer.begin_episode(env, &begin).unwrap();
             self.begin_in_list::<S>(env, &start);
         }
+        let goal = self.next_goal(env);
+        let has_ended = buffer.set_desired_goal(env, &goal).unwrap();
+        assert_eq!(has_ended, self.list.set_goal(env, stored::<S>(&goal)));
         let (taken, next) = (self.taken(), self.state());
         let fields: Vec<FieldRows<'_, f64>> = self.named(&taken.fields);
         let step = StepData {
@@ -243,8 +259,9 @@ impl World {
         env_ids: &[usize],
         rows: &[[bool; 4]],
     ) -> Result<(), AddError> {
-        let lives: Vec<Life> =
-            rows.iter().map(|_| (self.taken(), self.state(), self.start())).collect();
+        let life = |env| (self.taken(), self.state(), self.start(), self.next_goal(env));
+        let lives: Vec<Life> = (0..rows.len()).map(life).collect();
+        let goals_change = self.rng.next_u32().is_multiple_of(2);
         let flag = |at: usize| -> Vec<bool> { env_ids.iter().map(|env| rows[*env][at]).collect() };
         let column = |at: usize, part: &dyn Fn(&Life) -> Vec<f64>| -> Vec<f64> {
             let values = |env: &usize| {
@@ -257,30 +274,36 @@ impl World {
         let fields: Vec<Vec<f64>> = (0..self.config.fields().len())
             .map(|at| column(stepped, &|(taken, ..)| taken.fields[at].clone()))
             .collect();
+        let next_desired_goal = column(stepped, &|(.., goal)| goal.clone());
         let columns = StepRows {
             env_index: env_ids,
             stepped: &flag(stepped),
             started: &flag(started),
             action: &column(stepped, &|(taken, ..)| taken.action.clone()),
             reward: &column(stepped, &|(taken, ..)| vec![taken.reward]),
-            next_observation: &column(stepped, &|(_, next, _)| next.observation.clone()),
-            next_achieved_goal: &column(stepped, &|(_, next, _)| next.achieved_goal.clone()),
+            next_observation: &column(stepped, &|(_, next, ..)| next.observation.clone()),
+            next_achieved_goal: &column(stepped, &|(_, next, ..)| next.achieved_goal.clone()),
+            next_desired_goal: if goals_change { &next_desired_goal } else { &[] },
             terminated: &flag(1),
             truncated: &flag(2),
-            observation: &column(started, &|(.., start)| start.states[0].observation.clone()),
-            achieved_goal: &column(started, &|(.., start)| start.states[0].achieved_goal.clone()),
-            desired_goal: &column(started, &|(.., start)| start.desired_goal.clone()),
+            observation: &column(started, &|(.., start, _)| start.states[0].observation.clone()),
+            achieved_goal: &column(started, &|(.., start, _)| {
+                start.states[0].achieved_goal.clone()
+            }),
+            desired_goal: &column(started, &|(.., start, _)| start.desired_goal.clone()),
             fields: &self.named(&fields),
             numbers: None,
         };
         let recorded = buffer.record(&columns)?;
         let mut expected = Recorded::default();
         for &env in env_ids {
-            let ([stepped, terminated, truncated, started], (taken, next, start)) =
+            let ([stepped, terminated, truncated, started], (taken, next, start, goal)) =
                 (rows[env], &lives[env]);
             let steps = |list: &List| list.under_way[env].as_ref().map(|e| e.steps.len());
             let is_under_way = steps(&self.list).is_some();
             if stepped && is_under_way {
+                let ends = goals_change && self.list.set_goal(env, stored::<S>(goal));
+                expected.finished_episodes += usize::from(ends);
                 self.step_in_list::<S>(env, taken, next);
                 expected.recorded_steps += 1;
                 if terminated || truncated {

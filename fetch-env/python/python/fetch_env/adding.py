@@ -88,12 +88,12 @@ class Adding:
     ) -> None:
         """Add what a step of one environment returned to the episode that was begun.
 
-        The episode is stored when it ends: by its last step, or by :meth:`end_episode`. ``fields``
-        has an array of shape (length,), or a number for the length 1, for each of the buffer's.
+        The episode is stored when it ends: by its last step, by :meth:`end_episode`, or before a
+        step whose observation has another goal. That begins another. ``fields`` has an array of
+        shape (length,), or a number for the length 1, for each of the buffer's.
 
         Raises:
-            ValueError: If no episode is under way, a number is not finite, the observation has
-                another goal than the one with which the episode began, or the environment with
+            ValueError: If no episode is under way, a number is not finite, or the environment with
                 which the buffer was made has another reward by now.
         """
         self._check_env()

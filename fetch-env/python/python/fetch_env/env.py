@@ -240,7 +240,8 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     def goal(self) -> NDArray[np.float64]:
         """The goal of the episode: x, y, z in meters; empty before a reset.
 
-        An assigned goal counts until the next reset. The array cannot be written to.
+        An assigned goal counts from the next step until the next reset; a replay buffer then begins
+        another episode. The array cannot be written to.
         """
         goal = self._native.goal()
         return constant([] if goal is None else goal)

@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from . import _native, spaces
-from .attributes import Attribute, Attributes, constant
+from .attributes import Attribute, Attributes, absent, constant
 from .env import FetchEnv, Observation, generator, seed_of
 from .made import MadeFromSettings
 from .rewards import TIME_LIMIT
@@ -111,12 +111,16 @@ class FetchVectorEnv(
         )
 
     def _change(self, name: str, value: Any) -> None:
-        del value
+        if name == "goal":
+            self._native.set_goals(value)
+            return
         message = (
             f"{name} cannot be set in a vector: make the environments with it, pass options to "
             "reset(), or make the vector with vectorization_mode='sync'"
         )
         raise AttributeError(message)
+
+    goal = absent('each has its own: use get_attr("goal"), and set_attr("goal", goals)')
 
     @property
     def num_threads(self) -> int:
@@ -235,7 +239,10 @@ class FetchVectorEnv(
         return self.call(name)
 
     def set_attr(self, name: str, values: object) -> None:
-        """Refuse: settings are passed when environments are made."""
+        """Set ``goal``, for all environments or a row for each; see :class:`fetch_env.FetchEnv`.
+
+        Nothing else can be set: settings are passed when environments are made.
+        """
         self._change(name, values)
 
     def get_state(self) -> bytes:

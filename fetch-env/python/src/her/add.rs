@@ -136,16 +136,7 @@ impl Buffer {
             truncated,
             fields: &fields.rows(),
         };
-        let of_episode = buffer.unfinished_goal(env_index.0)?;
-        let is_same = |of_episode: &[f32]| {
-            of_episode.iter().zip(&desired_goal).all(|(kept, goal)| *kept == *goal as f32)
-        };
-        if !of_episode.is_none_or(is_same) {
-            return Err(Error::value(
-                "desired_goal is not that of the episode under way, which has one goal: call \
-                 end_episode(), and begin_episode() with the observation that has the new goal",
-            ));
-        }
+        buffer.set_desired_goal(env_index.0, &desired_goal)?;
         Ok(buffer.add_step(env_index.0, &step)?)
     }
 

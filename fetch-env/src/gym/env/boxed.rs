@@ -2,7 +2,8 @@
 
 use goal_reward::Symmetry;
 
-use super::{ActionElement, Env, Reset, SnapshotEnv, Step, goal::GoalEnv};
+use super::goal::{GoalEnv, MovingGoal};
+use super::{ActionElement, Env, Reset, SnapshotEnv, Step};
 use crate::gym::error::EnvError;
 use crate::gym::spaces::Space;
 
@@ -47,6 +48,12 @@ macro_rules! forward {
 
             fn symmetries(&self) -> Vec<Symmetry> {
                 (**self).symmetries()
+            }
+        }
+
+        impl<E: MovingGoal + ?Sized> MovingGoal for $pointer {
+            fn set_desired_goal(&mut self, desired_goal: &[f64]) -> Result<(), EnvError> {
+                (**self).set_desired_goal(desired_goal)
             }
         }
 

@@ -4,6 +4,7 @@ use goal_reward::{GoalError, GoalPairs, GoalReward, Symmetry};
 use serde::{Deserialize, Serialize};
 
 use super::{Env, observation::GoalObservation};
+use crate::gym::error::EnvError;
 
 /// An environment whose task is to achieve a desired goal.
 ///
@@ -36,6 +37,28 @@ pub trait GoalEnv: Env<Observation: GoalObservation, Info: AsRef<Info>> {
     fn symmetries(&self) -> Vec<Symmetry> {
         Vec::new()
     }
+}
+
+/// An environment whose goal can move within an episode.
+///
+/// ```
+/// use fetch_env::{MovingGoal, make_kinematic_vec, vec_env::VecConfig};
+///
+/// let mut envs = make_kinematic_vec("FetchReach-v4", 4, VecConfig::default())?;
+/// envs.reset(Some(0))?;
+/// envs.env_mut(2).ok_or("it is in flight")?.set_desired_goal(&[1.3, 0.7, 0.5])?;
+/// assert_eq!(envs.step(&[0.0; 4 * 4])?.desired_goal()[2 * 3..3 * 3], [1.3, 0.7, 0.5]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait MovingGoal {
+    /// Replaces the goal of the episode, in the unit of the environment within all wrappers, meters in
+    /// the built-in tasks: observations, rewards and pictures have it until the next reset. The
+    /// random numbers stay as they are.
+    ///
+    /// # Errors
+    /// [`EnvError::ResetNeeded`] without an episode, and [`EnvError::OptionLength`] and
+    /// [`EnvError::OptionOutside`] as in a reset; then nothing has changed.
+    fn set_desired_goal(&mut self, desired_goal: &[f64]) -> Result<(), EnvError>;
 }
 
 /// The methods of a [`GoalEnv`] that follow from its [`goal_reward`](GoalEnv::goal_reward).

@@ -152,7 +152,9 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
     ///
     /// The vector does not notice resets and steps made here: its next step has the results of the
     /// next call, an autoreset that is due stays due, and the first reset is still needed. A replay
-    /// buffer does not notice them either, so reset the vector before recording on.
+    /// buffer does not notice them either, so reset the vector before recording on. A goal may move
+    /// without a reset, as by [`MovingGoal`](crate::MovingGoal): the next step's row has it, and a
+    /// buffer records the steps before and after it as two episodes.
     #[must_use]
     pub fn env_mut(&mut self, env_index: usize) -> Option<&mut E> {
         self.idle.get_mut(env_index)?.as_mut()?.env.as_mut()

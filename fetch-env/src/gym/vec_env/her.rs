@@ -41,6 +41,7 @@ where
             reward: step.reward(),
             next_observation: step.next_observation(),
             next_achieved_goal: step.next_achieved_goal(),
+            next_desired_goal: step.next_desired_goal(),
             terminated: step.terminated(),
             truncated: step.truncated(),
             observation: step.observation(),

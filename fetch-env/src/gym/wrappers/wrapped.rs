@@ -4,7 +4,8 @@ use goal_reward::Symmetry;
 
 use super::wrapper::{GoalWrapper, Resetting, SnapshotWrapper, Wrapper};
 use crate::gym::env::action_space::ActionSpace;
-use crate::gym::env::{Env, Reset, SnapshotEnv, Step, WrappedSnapshot, goal::GoalEnv};
+use crate::gym::env::goal::{GoalEnv, MovingGoal};
+use crate::gym::env::{Env, Reset, SnapshotEnv, Step, WrappedSnapshot};
 use crate::gym::error::EnvError;
 use crate::gym::spaces::Space;
 
@@ -121,6 +122,12 @@ impl<E: GoalEnv, W: GoalWrapper<E>> GoalEnv for Wrapped<E, W> {
 
     fn symmetries(&self) -> Vec<Symmetry> {
         self.wrapper.symmetries(&self.env)
+    }
+}
+
+impl<E: MovingGoal, W> MovingGoal for Wrapped<E, W> {
+    fn set_desired_goal(&mut self, desired_goal: &[f64]) -> Result<(), EnvError> {
+        self.env.set_desired_goal(desired_goal)
     }
 }
 

@@ -176,8 +176,7 @@ impl<T: Scalar> RecordedRows<T> {
             observation: observations,
             achieved_goal: achieved_goals,
             desired_goal: desired_goals,
-            fields: &[],
-            numbers: None,
+            ..StepRows::default()
         }
     }
 }
