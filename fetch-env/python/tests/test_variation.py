@@ -2,6 +2,8 @@
 
 import copy
 import pickle
+import runpy
+from pathlib import Path
 
 import fetch_env
 import gymnasium
@@ -161,3 +163,13 @@ def test_buffers_know_other_dynamics():
     envs.reset(seed=0)
     with pytest.raises(ValueError, match="variation"):
         buffer.record(envs)
+
+
+def test_an_algorithm_of_ones_own_learns_in_worlds_that_vary():
+    """The example improves over its generations, each candidate in worlds of its own."""
+    example = Path(__file__).parents[1] / "examples" / "varied.py"
+    returns, masses = runpy.run_path(str(example))["evolve"](6)
+    assert np.mean(returns[-2:]) > np.mean(returns[:2]) + 1.5
+    assert len(set(masses)) == len(masses)
+    assert 0.5 <= min(masses) < 1.0
+    assert 2.0 < max(masses) <= 4.0

@@ -14,6 +14,12 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
+/// The fraction of the way that target networks move towards the learning ones.
+const TARGET_FRACTION: f32 = 0.05;
+/// The standard deviation of the noise of target actions, and its bound.
+const TARGET_NOISE: f32 = 0.2;
+const TARGET_NOISE_CLIP: f32 = 0.5;
+
 /// Settings of [`Td3`]. The defaults are for Reach.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -21,13 +27,8 @@ pub struct Td3Settings {
     pub hidden: Vec<usize>,
     pub learning_rate: f32,
     pub gamma: f64,
-    /// The fraction of the way that target networks move towards the learning ones.
-    pub target_fraction: f32,
     /// The standard deviation of the noise that explores.
     pub noise: f32,
-    /// The standard deviation of the noise of target actions, and its bound.
-    pub target_noise: f32,
-    pub target_noise_clip: f32,
     /// The number of updates of the critics for each update of the actor.
     pub actor_interval: u64,
 }
@@ -38,10 +39,7 @@ impl Default for Td3Settings {
             hidden: vec![64, 64],
             learning_rate: 0.001,
             gamma: 0.95,
-            target_fraction: 0.05,
             noise: 0.1,
-            target_noise: 0.2,
-            target_noise_clip: 0.5,
             actor_interval: 2,
         }
     }
@@ -49,18 +47,12 @@ impl Default for Td3Settings {
 
 impl Td3Settings {
     /// Returns these settings as the algorithm settings of a run.
-    ///
-    /// # Errors
-    /// The errors of writing JSON.
     pub fn to_algorithm(&self) -> serde_json::Result<AlgorithmSettings> {
         serde_json::to_value(self).map(AlgorithmSettings::Other)
     }
 }
 
 /// Builds the algorithm, for `Trainer::with_algorithm` and `Trainer::resume_with_algorithm`.
-///
-/// # Errors
-/// [`TrainError::Algorithm`] if the settings are not those of [`Td3`].
 pub fn build(
     settings: &AlgorithmSettings,
     init: AlgorithmInit,
@@ -68,10 +60,9 @@ pub fn build(
     let AlgorithmSettings::Other(value) = settings else {
         return Err(TrainError::Algorithm("the settings are not TD3's".into()));
     };
-    match Td3Settings::deserialize(value) {
-        Ok(settings) => Ok(Box::new(Td3::new(settings, init))),
-        Err(error) => Err(TrainError::Algorithm(error.into())),
-    }
+    let settings = Td3Settings::deserialize(value);
+    let settings = settings.map_err(|error| TrainError::Algorithm(error.into()))?;
+    Ok(Box::new(Td3::new(settings, init)))
 }
 
 /// A network that learns, and the target network that follows it.
@@ -80,34 +71,29 @@ struct Learning {
     trained: Trained,
     target: Network,
     pass: Pass,
-    /// The gradient of the parameters, and then the losses: processes average both.
     gradient: Vec<f32>,
 }
 
 impl Learning {
-    fn new(shape: Shape, num_losses: usize, learning_rate: f32, rng: &mut ChaCha8Rng) -> Self {
-        let gradient = vec![0.0; shape.num_parameters() + num_losses];
-        let network = Network::init(shape, 1.0, rng);
-        let target = network.clone();
-        let trained = Trained::new(network, learning_rate);
+    fn new(shape: Shape, learning_rate: f32, rng: &mut ChaCha8Rng) -> Self {
+        let gradient = vec![0.0; shape.num_parameters()];
+        let target = Network::init(shape, 1.0, rng);
+        let trained = Trained::new(target.clone(), learning_rate);
         Self { trained, target, pass: Pass::default(), gradient }
     }
 
-    /// Computes the gradient of a loss from its slopes with respect to the last outputs.
-    fn backward(&mut self, losses: &[f32], slope: impl Fn(usize, f32) -> f32) {
-        let len = self.gradient.len() - losses.len();
-        let (gradient, rest) = self.gradient.split_at_mut(len);
-        self.pass.backward(self.trained.network(), slope, Some(gradient), 0);
-        rest.copy_from_slice(losses);
-    }
-
-    /// Takes step `number`, counted from 1, against the gradient, and lets the target follow.
-    /// Returns the losses.
-    fn step(&mut self, number: u64, target_fraction: f32) -> &[f32] {
-        let len = self.target.shape().num_parameters();
-        self.trained.step(number, 1.0, &self.gradient[..len]);
-        self.target.follow(self.trained.network(), target_fraction);
-        &self.gradient[len..]
+    /// Takes step `number`, counted from 1, against the gradient of a loss with these slopes with
+    /// respect to the last outputs, and lets the target follow.
+    fn step(
+        &mut self,
+        slope: impl Fn(usize, f32) -> f32,
+        average: &mut dyn FnMut(&mut [f32]),
+        number: u64,
+    ) {
+        self.pass.backward(self.trained.network(), slope, Some(&mut self.gradient), 0);
+        average(&mut self.gradient);
+        self.trained.step(number, 1.0, &self.gradient);
+        self.target.follow(self.trained.network(), TARGET_FRACTION);
     }
 
     fn push_to<'a>(&'a mut self, name: &str, state: &mut StateMut<'a>) {
@@ -129,14 +115,14 @@ impl Td3 {
     #[must_use]
     pub fn new(settings: Td3Settings, init: AlgorithmInit) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(init.seed);
-        let mut learning = |num_inputs: usize, num_outputs: usize, num_losses: usize| {
+        let mut learning = |num_inputs: usize, num_outputs: usize| {
             let shape = Shape::new(num_inputs, &settings.hidden, num_outputs, false);
-            Learning::new(shape, num_losses, settings.learning_rate, &mut rng)
+            Learning::new(shape, settings.learning_rate, &mut rng)
         };
         let AlgorithmInit { num_inputs, num_actions, .. } = init;
         Self {
-            actor: learning(num_inputs, num_actions, 1),
-            critics: [(); 2].map(|()| learning(num_inputs + num_actions, 1, 2)),
+            actor: learning(num_inputs, num_actions),
+            critics: [(); 2].map(|()| learning(num_inputs + num_actions, 1)),
             settings,
             init,
             num_updates: 0,
@@ -146,13 +132,12 @@ impl Td3 {
     /// Returns the targets of the critics: the reward plus the discounted lower value of the next
     /// state, for an action near the target actor's.
     fn targets(&mut self, batch: Transitions<'_>) -> Vec<f32> {
-        let Td3Settings { target_noise, target_noise_clip, .. } = self.settings;
         let mut rng = ChaCha8Rng::seed_from_u64(self.init.seed);
         // Stream 0 has drawn the first weights; each process has its own streams.
         rng.set_stream((self.init.rank as u64) << 48 | self.num_updates);
         let noisy = |output: &f32| {
-            let noise = target_noise * rng.sample::<f32, _>(StandardNormal);
-            (output.tanh() + noise.clamp(-target_noise_clip, target_noise_clip)).clamp(-1.0, 1.0)
+            let noise = TARGET_NOISE * rng.sample::<f32, _>(StandardNormal);
+            (output.tanh() + noise.clamp(-TARGET_NOISE_CLIP, TARGET_NOISE_CLIP)).clamp(-1.0, 1.0)
         };
         let Self { actor, critics: [first, second], .. } = self;
         let next = actor.pass.run(&actor.target, batch.next_input);
@@ -162,34 +147,6 @@ impl Td3 {
         let values = values.iter().zip(others).map(|(value, other)| value.min(*other));
         let rows = batch.reward.iter().zip(batch.discount).zip(values);
         rows.map(|((reward, discount), value)| reward + discount * value).collect()
-    }
-
-    /// Computes the gradient of a critic's mean squared error, and the error and the mean value.
-    fn critic_gradient(critic: &mut Learning, batch: Transitions<'_>, targets: &[f32]) {
-        let share = 1.0 / batch.len as f32;
-        let network = critic.trained.network();
-        let values = critic.pass.run_joined(network, batch.input, batch.action);
-        let errors = values.iter().zip(targets).map(|(value, target)| value - target);
-        let loss = share * errors.map(|error| error * error).sum::<f32>();
-        let value = share * values.iter().sum::<f32>();
-        critic.backward(&[loss, value], |row, value| 2.0 * share * (value - targets[row]));
-    }
-
-    /// Computes the gradient of the actor's loss, the negative mean value of its actions, and the
-    /// loss.
-    fn actor_gradient(&mut self, batch: Transitions<'_>) {
-        let share = 1.0 / batch.len as f32;
-        let Self { actor, critics: [critic, _], .. } = self;
-        let outputs = actor.pass.run(actor.trained.network(), batch.input);
-        let actions: Vec<f32> = outputs.iter().map(|output| output.tanh()).collect();
-        let network = critic.trained.network();
-        let values = critic.pass.run_joined(network, batch.input, &actions);
-        let loss = -share * values.iter().sum::<f32>();
-        let num_actions = self.init.num_actions;
-        let by_action = critic.pass.backward(network, |_, _| -share, None, num_actions);
-        actor.backward(&[loss], |index, _| {
-            by_action[index] * (1.0 - actions[index] * actions[index])
-        });
     }
 }
 
@@ -205,22 +162,35 @@ impl Algorithm for Td3 {
     fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
         self.num_updates += 1;
         let targets = self.targets(batch);
+        let Self { settings, actor, critics, num_updates, .. } = self;
+        let share = 1.0 / batch.len as f32;
         let mut losses = Losses::default();
-        for critic in &mut self.critics {
-            Self::critic_gradient(critic, batch, &targets);
-            average(&mut critic.gradient);
-            let [loss, value] = *critic.step(self.num_updates, self.settings.target_fraction)
-            else {
-                continue;
-            };
-            losses.critic += loss;
-            losses.value += 0.5 * value;
+        for critic in &mut *critics {
+            let network = critic.trained.network();
+            let values = critic.pass.run_joined(network, batch.input, batch.action);
+            let errors: Vec<f32> =
+                values.iter().zip(&targets).map(|(value, to)| value - to).collect();
+            let squares = errors.iter().map(|error| error * error);
+            let mut means = [share * squares.sum::<f32>(), share * values.iter().sum::<f32>()];
+            average(&mut means);
+            losses.critic += means[0];
+            losses.value += 0.5 * means[1];
+            let slope = |row, _| 2.0 * share * errors[row];
+            critic.step(slope, average, *num_updates);
         }
-        if self.num_updates.is_multiple_of(self.settings.actor_interval) {
-            self.actor_gradient(batch);
-            average(&mut self.actor.gradient);
-            let number = self.num_updates / self.settings.actor_interval;
-            losses.actor = self.actor.step(number, self.settings.target_fraction)[0];
+        if num_updates.is_multiple_of(settings.actor_interval) {
+            let outputs = actor.pass.run(actor.trained.network(), batch.input);
+            let actions: Vec<f32> = outputs.iter().map(|output| output.tanh()).collect();
+            let [critic, _] = critics;
+            let network = critic.trained.network();
+            let values = critic.pass.run_joined(network, batch.input, &actions);
+            let mut loss = [-share * values.iter().sum::<f32>()];
+            average(&mut loss);
+            losses.actor = loss[0];
+            let by_action =
+                critic.pass.backward(network, |_, _| -share, None, self.init.num_actions);
+            let slope = |at: usize, _| by_action[at] * (1.0 - actions[at] * actions[at]);
+            actor.step(slope, average, *num_updates / settings.actor_interval);
         }
         losses
     }

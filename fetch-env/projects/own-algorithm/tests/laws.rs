@@ -7,7 +7,10 @@ use std::ops::ControlFlow;
 use baselines::TrainedPolicy;
 use baselines::learn::{Resumed, Target, TrainError, TrainSettings, Trainer};
 use baselines::workers::OneProcess;
-use fetch_env::{EnvError, KinematicEnv, Task, make_kinematic};
+use fetch_env::variation::{Draw, Variation};
+use fetch_env::{
+    Env, EnvError, FetchConfig, KinematicEnv, MujocoEnv, RewardKind, Task, make_kinematic,
+};
 use own_algorithm::{Td3Settings, build};
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
@@ -43,6 +46,35 @@ fn it_learns_to_reach() -> Result {
         assert_eq!(policy.header().algorithm, "td3");
         assert_eq!(policy.header().settings["algorithm"]["other"]["actor_interval"], 2);
     }
+    Ok(())
+}
+
+/// Push, with a mass of the object and a friction that each episode draws.
+fn make_varied() -> Result<MujocoEnv, EnvError> {
+    let variation = Variation::default()
+        .with("object_mass", Draw::LogUniform(0.5, 4.0))?
+        .with("friction", 0.5..=2.0)?;
+    let config = FetchConfig::new(Task::Push, RewardKind::Sparse).with_variation(variation);
+    Ok(fetch_env::make(config)?)
+}
+
+#[test]
+fn it_trains_where_mass_and_friction_vary() -> Result {
+    let mut env = make_varied()?;
+    let mut masses = Vec::new();
+    for _ in 0..10 {
+        env.reset(None)?;
+        masses.extend(env.inner().variation().get("object_mass"));
+    }
+    masses.dedup();
+    assert_eq!(masses.len(), 10, "{masses:?}");
+    let mut settings = TrainSettings::fast(Task::Push);
+    settings.algorithm = Td3Settings::default().to_algorithm()?;
+    settings.schedule.evaluation_episodes = 2;
+    let workers = Box::new(OneProcess);
+    let mut trainer = Trainer::with_algorithm(make_varied, settings, 0, 1, workers, build)?;
+    trainer.run(1_000, None, |_, _| ControlFlow::Continue(()))?;
+    trainer.policy("FetchPush-v4")?;
     Ok(())
 }
 

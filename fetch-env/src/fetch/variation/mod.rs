@@ -26,6 +26,8 @@ use crate::gym::registry::sort_by_similarity;
 /// A reset draws them from a generator beside the environment's own, so that objects and goals start
 /// where they do without a variation. All other numbers are the model's. Looks change pictures alone:
 /// a kinematic simulator, which has none, accepts them.
+/// [`FetchEnv::variation`](crate::FetchEnv::variation) returns those of an episode, also in a vector, by
+/// [`VecEnv::env`](crate::VecEnv::env); [`Info`](crate::Info) does not have them.
 ///
 /// ```
 /// use fetch_env::variation::{Draw, Variation};
