@@ -4,6 +4,7 @@ mod bad_input;
 mod damaged_checkpoints;
 mod evaluating;
 mod folders;
+mod noise;
 mod offline;
 #[cfg(feature = "runs")]
 mod plans;

@@ -44,6 +44,7 @@ pub(crate) fn all_on(algorithm: AlgorithmSettings) -> TrainSettings {
     settings.exploration.far_start_share = 0.5;
     settings.exploration.noise_free_share = 0.25;
     settings.inputs.left_out = vec![1];
+    settings.inputs.actor_observation_noise = 0.01;
     settings
 }
 

@@ -18,10 +18,12 @@ fn temperatures(target_entropy: Option<f32>) -> Result<[f32; 2]> {
     let batch = Transitions {
         len: 2,
         input: &[-1.0, 1.0],
+        actor_input: &[-1.0, 1.0],
         action: &[0.4, 0.6],
         reward: &[-1.0, 0.0],
         discount: &[0.95; 2],
         next_input: &[0.0; 2],
+        next_actor_input: &[0.0; 2],
         demonstrated: &[false; 2],
     };
     let before = temperature(&mut sac)?;

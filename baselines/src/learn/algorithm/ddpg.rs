@@ -169,7 +169,7 @@ impl Networks {
         gradient: &mut [f32],
     ) -> (f32, f32) {
         let Work { actor, critic, actions, targets, .. } = work;
-        act(actor, &self.target_actor, batch.next_input, actions);
+        act(actor, &self.target_actor, batch.next_actor_input, actions);
         let values = critic.run_joined(&self.target_critic, batch.next_input, actions);
         let rows = batch.reward.iter().zip(batch.discount).zip(values);
         targets.clear();
@@ -190,7 +190,7 @@ impl Networks {
     ) -> f32 {
         let (actor, critic) = (&self.actor.network, &self.critic.network);
         let Work { actor: actor_pass, critic: critic_pass, actions, imitation, .. } = work;
-        act(actor_pass, actor, batch.input, actions);
+        act(actor_pass, actor, batch.actor_input, actions);
         let DdpgSettings { value_weight, imitation_weight, advantage_factor, .. } = *settings;
         let weighs_advantages = imitation_weight > 0.0 && advantage_factor > 0.0;
         imitation.clear();
@@ -263,10 +263,12 @@ mod tests {
         let batch = Transitions {
             len,
             input: &INPUT[..3 * len],
+            actor_input: &INPUT[..3 * len],
             action: &ACTION[..2 * len],
             reward: &[-1.0; 2][..len],
             discount: &[0.9; 2][..len],
             next_input: &INPUT[..3 * len],
+            next_actor_input: &INPUT[..3 * len],
             demonstrated,
         };
         let actor = &ddpg.networks.actor.network;

@@ -78,10 +78,12 @@ use crate::trained::LayerWeights;
 /// let batch = Transitions {
 ///     len: 2,
 ///     input: &[-1.0, 1.0],
+///     actor_input: &[-1.0, 1.0],
 ///     action: &[0.4, 0.6],
 ///     reward: &[0.0; 2],
 ///     discount: &[0.0; 2],
 ///     next_input: &[0.0; 2],
+///     next_actor_input: &[0.0; 2],
 ///     demonstrated: &[false; 2],
 /// };
 /// for _ in 0..200 {
@@ -198,6 +200,9 @@ pub struct Transitions<'a> {
     /// The inputs of the networks before the step, `(len, num_inputs)`: normalized observations and
     /// goals.
     pub input: &'a [f32],
+    /// The same inputs as the actor sees them, `(len, num_inputs)`: with the
+    /// [noise](crate::learn::InputSettings::actor_observation_noise) of observations.
+    pub actor_input: &'a [f32],
     /// The actions, `(len, num_actions)`, from -1 to 1.
     pub action: &'a [f32],
     /// The rewards, `(len)`.
@@ -206,6 +211,8 @@ pub struct Transitions<'a> {
     pub discount: &'a [f32],
     /// The inputs of the networks after the step, `(len, num_inputs)`.
     pub next_input: &'a [f32],
+    /// The same inputs as the actor sees them.
+    pub next_actor_input: &'a [f32],
     /// Whether each transition comes from a [demonstration](crate::learn::Trainer::add_demonstrations),
     /// `(len)`. Hindsight may have changed its goal; its action is the demonstrated one.
     pub demonstrated: &'a [bool],

@@ -192,7 +192,8 @@ impl Networks {
     ) -> (f32, f32) {
         let inputs = batch.next_input;
         let Work { actor, critics: [first, second], sample, targets } = work;
-        sample.draw(actor.run(&self.actor.network, inputs), batch.num_actions(), &mut rng);
+        let outputs = actor.run(&self.actor.network, batch.next_actor_input);
+        sample.draw(outputs, batch.num_actions(), &mut rng);
         let first_values = first.run_joined(&self.targets[0], inputs, &sample.actions);
         let second_values = second.run_joined(&self.targets[1], inputs, &sample.actions);
         let values = first_values.iter().zip(second_values).zip(&sample.log_densities);
@@ -223,7 +224,7 @@ impl Networks {
     ) -> (f32, f32) {
         let (inputs, share, num_actions) = (batch.input, batch.share(), batch.num_actions());
         let Work { actor, critics: [first_pass, second_pass], sample, .. } = work;
-        sample.draw(actor.run(&self.actor.network, inputs), num_actions, &mut rng);
+        sample.draw(actor.run(&self.actor.network, batch.actor_input), num_actions, &mut rng);
         let [first, second] = self.critics.each_ref().map(|critic| &critic.network);
         let first_values = first_pass.run_joined(first, inputs, &sample.actions).to_vec();
         let second_values = second_pass.run_joined(second, inputs, &sample.actions).to_vec();

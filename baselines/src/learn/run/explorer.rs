@@ -195,6 +195,9 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
             // Always true, because the numbers of a last batch are finite.
             && inputs.write(&last.states(), rows).is_ok()
         {
+            if inputs.have_noise() {
+                inputs.add_noise(rows, &mut rng);
+            }
             actor.explore(rows, &noise, actions);
         }
         for (env, row) in actions.chunks_exact_mut(len).enumerate() {

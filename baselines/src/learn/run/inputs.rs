@@ -4,9 +4,11 @@ use her_relabel::{
     Dims, InputError, JoinedGoal, Normalizer, NormalizerConfig, NormalizerError, Normalizers,
     Scalar, StateRows,
 };
+use rand::Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::learn::settings::train::InputSettings;
+use crate::normal::standard_normal;
 use crate::trained::{InputPart, LayerWeights};
 
 /// How observations and goals become the inputs of a network: joined, and normalized by the
@@ -18,6 +20,10 @@ pub(crate) struct Inputs {
     /// The normalizer of goals, or of relative goals if the inputs have them.
     pub(crate) goal: Normalizer,
     relative_goal: bool,
+    /// The standard deviation of the noise that an actor sees, in the units of the observation.
+    actor_observation_noise: f64,
+    /// The bound of normalized elements.
+    clip: f64,
     /// The elements that are always 0.
     left_out: Vec<usize>,
 }
@@ -25,13 +31,15 @@ pub(crate) struct Inputs {
 impl Inputs {
     /// Creates inputs for observations and goals of these lengths, without statistics yet.
     pub(crate) fn new(settings: &InputSettings, dims: Dims) -> Result<Self, NormalizerError> {
-        let InputSettings { relative_goal, min_std, clip, .. } = *settings;
+        let InputSettings { relative_goal, min_std, clip, actor_observation_noise, .. } = *settings;
         let normalizer =
             |dim| Normalizer::new(NormalizerConfig::new(dim).with_min_std(min_std).with_clip(clip));
         Ok(Self {
             observation: normalizer(dims.observation)?,
             goal: normalizer(dims.goal)?,
             relative_goal,
+            actor_observation_noise,
+            clip,
             left_out: settings.left_out.clone(),
         })
     }
@@ -43,7 +51,9 @@ impl Inputs {
 
     /// Whether the inputs have the form that the settings ask for.
     pub(crate) fn have(&self, settings: &InputSettings) -> bool {
-        self.relative_goal == settings.relative_goal && self.left_out == settings.left_out
+        self.relative_goal == settings.relative_goal
+            && self.actor_observation_noise == settings.actor_observation_noise
+            && self.left_out == settings.left_out
     }
 
     /// Returns which goal follows the observation in an input.
@@ -96,6 +106,24 @@ impl Inputs {
         self.normalizers().write_input(self.joined_goal(), dims, states, inputs)?;
         self.leave_out(inputs);
         Ok(())
+    }
+
+    /// Adds the noise that an actor sees to rows of inputs.
+    pub(crate) fn add_noise(&self, inputs: &mut [f32], rng: &mut impl Rng) {
+        let clip = self.clip as f32;
+        let scales: Vec<f32> =
+            self.observation.std().map(|std| (self.actor_observation_noise / std) as f32).collect();
+        for row in inputs.chunks_exact_mut(self.dim()) {
+            for (element, scale) in row.iter_mut().zip(&scales) {
+                *element = (*element + scale * standard_normal(rng)).clamp(-clip, clip);
+            }
+        }
+        self.leave_out(inputs);
+    }
+
+    /// Whether an actor sees noise.
+    pub(crate) const fn have_noise(&self) -> bool {
+        self.actor_observation_noise > 0.0
     }
 
     /// Sets the elements that networks do not see to 0 in rows of inputs.

@@ -12,6 +12,9 @@ use her_relabel::{
     MotionlessEpisodes, NStep, Sampler, StateRows, Transforms, UnitInterval,
 };
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
 use super::demonstrated::Demonstrated;
 use super::env::LearnEnv;
 use super::inputs::Inputs;
@@ -41,6 +44,8 @@ pub(crate) struct Replay<E: LearnEnv> {
     batch: Batch<f32>,
     input: Vec<f32>,
     next_input: Vec<f32>,
+    /// What the actor sees of both, where it sees noise.
+    noisy: [Vec<f32>; 2],
     is_demonstrated: Vec<bool>,
 }
 
@@ -86,6 +91,7 @@ impl<E: LearnEnv> Replay<E> {
             batch: Batch::new(),
             input: Vec::new(),
             next_input: Vec::new(),
+            noisy: Default::default(),
             is_demonstrated: Vec::new(),
         })
     }
@@ -148,7 +154,7 @@ impl<E: LearnEnv> Replay<E> {
     pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
         let sampler = self.sampler(number);
         let Self { template, buffer, inputs, symmetries, distance_factor, .. } = self;
-        let Self { batch, input, next_input, .. } = self;
+        let Self { batch, input, next_input, noisy, .. } = self;
         let sampler = sampler.with_joined_goal(inputs.joined_goal());
         let seed = seed_for(self.seed, SeedUse::Batches, number);
         let len = sampler.batch_size() * inputs.dim();
@@ -163,6 +169,14 @@ impl<E: LearnEnv> Replay<E> {
         sampler.sample_into(buffer, &reward, seed, batch, transforms, columns)?;
         inputs.leave_out(input);
         inputs.leave_out(next_input);
+        if inputs.have_noise() {
+            let seed = seed_for(self.seed, SeedUse::ObservationNoise, number);
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            for (noisy, exact) in noisy.iter_mut().zip([&*input, &*next_input]) {
+                noisy.clone_from(exact);
+                inputs.add_noise(noisy, &mut rng);
+            }
+        }
         let (low, high) = sum_bounds(reward.bounds(), sampler.n_step());
         let is_outside = |reward: &&f32| !(low as f32..=high as f32).contains(*reward);
         if let Some(value) = batch.reward().iter().find(is_outside) {
@@ -174,10 +188,12 @@ impl<E: LearnEnv> Replay<E> {
         Ok(Transitions {
             len: batch.len(),
             input,
+            actor_input: if inputs.have_noise() { &noisy[0] } else { input },
             action: batch.action(),
             reward: batch.reward(),
             discount: batch.discount(),
             next_input,
+            next_actor_input: if inputs.have_noise() { &noisy[1] } else { next_input },
             demonstrated: &self.is_demonstrated,
         })
     }

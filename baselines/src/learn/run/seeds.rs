@@ -23,6 +23,8 @@ pub(super) enum SeedUse {
     Ranks,
     /// The batches of demonstrations that normalizers take in.
     DemonstratedNormalizers,
+    /// The noise of the observations of each update.
+    ObservationNoise,
 }
 
 /// Returns the seed of a process's own random numbers: for the first process, that of the run.

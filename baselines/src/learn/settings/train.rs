@@ -190,6 +190,11 @@ ranged_settings! {
         pub min_std: f64 = 0.0001 => 1e-6..=1_000.0,
         /// The bound to which normalized inputs are clipped.
         pub clip: f64 = 5.0 => 0.01..=1_000.0,
+        /// The standard deviation of the noise on each element of the observations that the actor
+        /// sees, in the unit of the element, while collecting and in updates. What is stored is
+        /// exact, and so is what the critic sees: the actor learns the actions that are best
+        /// whatever the noise hides. Evaluations have the noise of their environment.
+        pub actor_observation_noise: f64 = 0.0 => 0.0..=1_000.0,
         /// The elements of an observation that the networks do not see, counted from 0.
         /// [`Trainer::new`](crate::learn::Trainer::new) refuses one that the observation does not
         /// have, or that is named twice.

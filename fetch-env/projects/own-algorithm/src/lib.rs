@@ -140,7 +140,7 @@ impl Td3 {
             (output.tanh() + noise.clamp(-TARGET_NOISE_CLIP, TARGET_NOISE_CLIP)).clamp(-1.0, 1.0)
         };
         let Self { actor, critics: [first, second], .. } = self;
-        let next = actor.pass.run(&actor.target, batch.next_input);
+        let next = actor.pass.run(&actor.target, batch.next_actor_input);
         let actions: Vec<f32> = next.iter().map(noisy).collect();
         let values = first.pass.run_joined(&first.target, batch.next_input, &actions);
         let others = second.pass.run_joined(&second.target, batch.next_input, &actions);
@@ -179,7 +179,7 @@ impl Algorithm for Td3 {
             critic.step(slope, average, *num_updates);
         }
         if num_updates.is_multiple_of(settings.actor_interval) {
-            let outputs = actor.pass.run(actor.trained.network(), batch.input);
+            let outputs = actor.pass.run(actor.trained.network(), batch.actor_input);
             let actions: Vec<f32> = outputs.iter().map(|output| output.tanh()).collect();
             let [critic, _] = critics;
             let network = critic.trained.network();

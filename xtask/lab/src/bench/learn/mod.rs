@@ -175,10 +175,12 @@ impl Replay {
         Ok(Transitions {
             len: batch.len(),
             input,
+            actor_input: input,
             action: batch.action(),
             reward: batch.reward(),
             discount: batch.discount(),
             next_input,
+            next_actor_input: next_input,
             demonstrated: &[false; BATCH],
         })
     }
