@@ -3,14 +3,14 @@
 //! A trained agent must beat [`RandomPolicy`]; [`ScriptedPolicy`] shows how far a few rules go, and
 //! a [`TrainedPolicy`] is loaded from a file. The module `learn` (feature `learn`) trains them.
 //! [`evaluate`] runs a policy over many seeded episodes, and [`Evaluation::summary`] returns
-//! success rate, mean return, episode length and final distance, each with its 95 % confidence
-//! interval. [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature
+//! success rate, mean return, episode length, final distance and the figures of a controller, each
+//! with its 95 % confidence interval. [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature
 //! `page`) turns episodes into a self-contained HTML page that plays them back.
 //!
 //! # Which type do I need?
 //! | to | use |
 //! |---|---|
-//! | act | a [`Policy`]: [`RandomPolicy`], [`ZeroPolicy`], [`ScriptedPolicy`], [`TrainedPolicy`] |
+//! | act | a [`Policy`]: [`RandomPolicy`], [`ZeroPolicy`], [`ProportionalPolicy`], [`ScriptedPolicy`], [`TrainedPolicy`] |
 //! | act in many environments at once | a [`VecPolicy`] |
 //! | know how much of a task can be solved | a [`Planner`], which knows the simulator |
 //! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
@@ -69,11 +69,12 @@ pub use across_workers::{evaluate_across_workers, gather_episodes};
 pub use collect::{CollectError, buffer_config, collect};
 pub use collector::{CollectEnv, Collected, Collector, CollectorError, CollectorSnapshot};
 pub use evaluate::{
-    Episode, Evaluation, EvaluationError, Summary, evaluate, evaluate_vec, evaluate_vec_while,
+    ControlSummary, Controls, Episode, Evaluation, EvaluationError, Summary, evaluate,
+    evaluate_vec, evaluate_vec_while, strata_of, stratum,
 };
 pub use planned::{Plan, PlanEnv, PlannedPolicy, Planner, PlannerError, PlannerSettings};
 pub use policy::{Action, Policy, PolicyError, RandomPolicy, VecPolicy, ZeroPolicy};
-pub use scripted::ScriptedPolicy;
+pub use scripted::{ProportionalPolicy, ScriptedPolicy};
 pub use statistics::{Estimate, StatisticsError};
 pub use trained::{
     InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy, TrainedPolicyError,

@@ -22,7 +22,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::evaluate::{Evaluation, EvaluationError, Summary};
-use crate::statistics::Estimate;
+use crate::statistics::{Estimate, StatisticsError};
 
 /// How a policy does at several values of one factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,6 +80,27 @@ impl RobustnessCurve {
             };
             (*value, rate)
         })
+    }
+
+    /// Returns the mean success rate of several curves, such as those of several training seeds, at
+    /// each value of the first, with Student's 95 % interval within 0 and 1.
+    ///
+    /// # Errors
+    /// [`StatisticsError::Empty`] if a value is not in all curves, or there are no curves.
+    pub fn mean_rates(
+        curves: &[Self],
+        at: SuccessAt,
+    ) -> Result<Vec<(f64, Estimate)>, StatisticsError> {
+        let first = curves.first().ok_or(StatisticsError::Empty)?;
+        let mean = |&RobustnessPoint { value, .. }| {
+            let rate = |curve: &Self| {
+                curve.rates(at).find(|(v, _)| *v == value).map(|(_, rate)| rate.value)
+            };
+            let rates: Option<Vec<_>> = curves.iter().map(rate).collect();
+            let Estimate { value: rate, low, high } = Estimate::mean(&rates.unwrap_or_default())?;
+            Ok((value, Estimate { value: rate, low: low.max(0.0), high: high.min(1.0) }))
+        };
+        first.points.iter().map(mean).collect()
     }
 
     /// Returns the first value whose success rate is below `rate`.

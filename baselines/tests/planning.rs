@@ -21,8 +21,8 @@ fn short() -> PlannerSettings {
 /// Plays a plan from the reset, and checks that it ends as it says.
 fn check_replay<E: PlanEnv>(env: &mut E, plan: &Plan, seed: u64) -> Result {
     let mut policy = PlannedPolicy::new(plan.actions.clone());
-    let replayed = evaluate(env, &mut policy, 1, seed, |_| ())?.episodes[0];
-    assert_eq!(replayed, Episode { seed: Some(seed), ..plan.episode });
+    let replayed = evaluate(env, &mut policy, 1, seed, |_| ())?.episodes.remove(0);
+    assert_eq!(replayed, Episode { seed: Some(seed), ..plan.episode.clone() });
     let bits =
         |episode: &Episode| [episode.episode_return.to_bits(), episode.final_distance.to_bits()];
     assert_eq!(bits(&replayed), bits(&plan.episode));

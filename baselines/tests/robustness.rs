@@ -1,7 +1,9 @@
 //! Curves of robustness, and what they are summarized by.
 
 use baselines::robustness::{RobustnessCurve, SuccessAt};
-use baselines::{Episode, Evaluation, EvaluationError, ScriptedPolicy, evaluate};
+use baselines::{
+    Episode, Estimate, Evaluation, EvaluationError, ProportionalPolicy, ScriptedPolicy, evaluate,
+};
 use fetch_env::variation::Variation;
 use fetch_env::{FetchConfig, FetchEnv, KinematicSimulator, RewardKind, Task};
 use testing::Result;
@@ -15,6 +17,7 @@ fn episodes(successes: usize) -> Evaluation {
         final_distance: 0.1,
         success: number < successes,
         success_any: number < 2 * successes,
+        controls: None,
     };
     Evaluation { episodes: (0..100).map(episode).collect() }
 }
@@ -36,6 +39,15 @@ fn a_published_curve_has_the_published_summaries() -> Result {
     assert!((-5.45..=-5.30).contains(&slope), "{slope}");
     let any: Vec<_> = curve.rates(SuccessAt::AnyTime).map(|(_, rate)| rate.value).collect();
     assert_eq!(any[4..], [0.22, 0.10, 0.10]);
+    // Of two seeds, of which one always fails.
+    let failing = |_| Ok::<_, EvaluationError>(episodes(0));
+    let curves = [curve, RobustnessCurve::measure("observation_noise", &values, failing)?];
+    let means = RobustnessCurve::mean_rates(&curves, SuccessAt::End)?;
+    assert_eq!(means[1].0, 0.005);
+    let Estimate { value, low, high } = means[1].1;
+    assert_eq!((value, low, high), (0.49, 0.0, 1.0));
+    assert!(means[6].1.high > 0.2 && means[6].1.low == 0.0);
+    assert!(RobustnessCurve::mean_rates(&[], SuccessAt::End).is_err());
     Ok(())
 }
 
@@ -51,5 +63,21 @@ fn a_controller_fails_when_it_sees_nothing_but_noise() -> Result {
     let curve = RobustnessCurve::measure("observation_noise", &[0.0, 0.3], measure)?;
     let rates: Vec<_> = curve.rates(SuccessAt::End).map(|(_, rate)| rate.value).collect();
     assert!(rates[0] > 0.9 && rates[1] < 0.5, "{rates:?}");
+    Ok(())
+}
+
+#[test]
+fn a_proportional_controller_solves_reach_at_any_gain_and_never_pushes() -> Result {
+    for task in Task::ALL {
+        let config = FetchConfig::new(task, RewardKind::Sparse);
+        let mut env =
+            FetchEnv::new(config.clone(), KinematicSimulator::new(config.sim()))?.time_limited();
+        for gain in [5.0, 10.0, 20.0] {
+            let mut policy = ProportionalPolicy::new(task).with_gain(gain);
+            let summary = evaluate(&mut env, &mut policy, 50, 0, |_| ())?.summary()?;
+            let rate = summary.success_rate.value;
+            assert!(if task == Task::Reach { rate == 1.0 } else { rate < 0.5 }, "{task}: {rate}");
+        }
+    }
     Ok(())
 }

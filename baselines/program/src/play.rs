@@ -20,7 +20,8 @@ pub struct Args {
     /// Seed of the reset, and of the random policy
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Policy that acts: random, scripted, trained, zero, or the file of a trained one
+    /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, zero, or
+    /// the file of a trained one
     #[arg(long, default_value = "scripted")]
     policy: String,
     /// Where to write the page
@@ -63,5 +64,6 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 
 /// Returns the name of a policy in titles.
 fn name(text: &str) -> &str {
-    if PolicyChoice::from_str(text, false).is_ok() { text } else { "trained" }
+    let is_name = PolicyChoice::from_str(text, false).is_ok() || text.starts_with("proportional=");
+    if is_name { text } else { "trained" }
 }

@@ -141,7 +141,7 @@ impl Wrapper<MujocoEnv> for Keeping {
         self.record.step(env, action, &step);
         self.episode.add(step.reward, &step.info);
         if step.is_last() {
-            let (record, episode) = (self.record.clone(), self.episode);
+            let (record, episode) = (self.record.clone(), self.episode.clone());
             // Nobody waits for the episodes of an environment that outlives the run.
             let _ = self.sender.send(Kept { env: self.env, record, episode });
         }

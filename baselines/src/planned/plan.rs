@@ -53,12 +53,11 @@ impl Plan {
         let mut actions = Vec::new();
         let mut steps_to_goal = None;
         let mut achieved_goal = Vec::new();
-        let (start, episode) = (observation.clone(), Episode::new(None));
         let episode = finish_episode(
             env,
             policy,
-            start,
-            episode,
+            observation.clone(),
+            None,
             |error| error,
             |_, event| {
                 if let Event::Step(action, step) = event {

@@ -14,7 +14,8 @@ pub enum PolicyError {
     #[error(transparent)]
     Trained(#[from] TrainedPolicyError),
     /// The environment does not have the columns that a
-    /// [`ScriptedPolicy`](crate::ScriptedPolicy) reads, or takes other actions.
+    /// [`ScriptedPolicy`](crate::ScriptedPolicy) or a
+    /// [`ProportionalPolicy`](crate::ProportionalPolicy) reads, or takes other actions.
     #[error(
         "the scripted policy of {task} needs at least {} columns of observation, at least {} of \
          a goal and {} elements of an action, not {actual:?}: choose the script of a task whose \

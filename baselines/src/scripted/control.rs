@@ -1,14 +1,17 @@
 //! What a controller sees and what it commands.
 
-use fetch_env::{FetchObservation, GoalObservation, ObservationField, Task};
+use fetch_env::{FetchObservation, GoalObservation, ObservationField, Space, Task};
 use her_relabel::Scalar;
 use nalgebra::Vector3;
+
+use crate::dims::lengths_of;
+use crate::policy::PolicyError;
 
 /// Seconds of a control step. Observed velocities are per step.
 const CONTROL_PERIOD: f64 = 0.04;
 
 /// The number of elements of an action.
-pub(super) const ACTION_LEN: usize = 4;
+const ACTION_LEN: usize = 4;
 
 /// The number of elements of a position, with which a goal begins.
 const POSITION_LEN: usize = 3;
@@ -45,9 +48,20 @@ impl Columns {
         }
     }
 
-    /// Returns the minimum lengths of observation, goal and action that the controller needs.
-    pub(super) const fn lengths(&self) -> [usize; 3] {
-        [self.len, POSITION_LEN, ACTION_LEN]
+    /// Checks that observations have the columns, and that actions are those of the controller.
+    pub(super) fn check_spaces(
+        &self,
+        task: Task,
+        observation_space: &Space,
+        action_space: &Space,
+    ) -> Result<(), PolicyError> {
+        let actual = lengths_of(observation_space, action_space)?;
+        let expected = [self.len, POSITION_LEN, ACTION_LEN];
+        let has_columns = actual.iter().zip(&expected).all(|(actual, least)| actual >= least);
+        if has_columns && actual[2] == ACTION_LEN {
+            return Ok(());
+        }
+        Err(PolicyError::Scripted { task, expected, actual })
     }
 }
 

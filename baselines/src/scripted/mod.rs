@@ -2,6 +2,7 @@
 
 mod control;
 mod pick_and_place;
+mod proportional;
 mod push;
 mod slide;
 mod strike;
@@ -10,12 +11,12 @@ use fetch_env::{GoalObservation, Space, Task};
 use her_relabel::Scalar;
 
 use self::{
-    control::{ACTION_LEN, Columns, Command, OPEN, View},
+    control::{Columns, Command, OPEN, View},
     pick_and_place::Phase,
 };
-use crate::dims::lengths_of;
 use crate::policy::{Policy, PolicyError};
 
+pub use proportional::ProportionalPolicy;
 pub(crate) use strike::Strike;
 
 /// A policy that solves a task by a few rules, with gains found by trial.
@@ -52,13 +53,7 @@ impl<O: GoalObservation<Element: Scalar>> Policy<O> for ScriptedPolicy {
         observation_space: &Space,
         action_space: &Space,
     ) -> Result<(), PolicyError> {
-        let actual = lengths_of(observation_space, action_space)?;
-        let expected = self.columns.lengths();
-        let has_columns = actual.iter().zip(&expected).all(|(actual, least)| actual >= least);
-        if has_columns && actual[2] == ACTION_LEN {
-            return Ok(());
-        }
-        Err(PolicyError::Scripted { task: self.task, expected, actual })
+        self.columns.check_spaces(self.task, observation_space, action_space)
     }
 
     fn reset(&mut self) {

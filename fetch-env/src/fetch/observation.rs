@@ -240,6 +240,13 @@ impl GoalObservation for FetchObservation {
     fn desired_goal(&self) -> &[f64] {
         &self.desired_goal
     }
+
+    /// Returns the position of the gripper, which all tasks have at the same place.
+    fn position(observation: &[f64]) -> Option<[f64; 3]> {
+        const START: usize = start(&REACH, "grip_pos");
+        const { assert!(START == start(&OBJECT, "grip_pos")) };
+        observation.get(START..START + 3)?.try_into().ok()
+    }
 }
 
 /// A loaded observation, not yet checked.

@@ -190,4 +190,8 @@ impl<O: GoalObservation> GoalObservation for PixelObservation<O> {
     fn desired_goal(&self) -> &[f64] {
         self.state.desired_goal()
     }
+
+    fn position(observation: &[Self::Element]) -> Option<[f64; 3]> {
+        O::position(observation)
+    }
 }

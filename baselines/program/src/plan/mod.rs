@@ -130,9 +130,9 @@ impl Players {
         };
         let seconds = begun.elapsed();
         let mut replay = PlannedPolicy::new(planned.actions.clone());
-        let replayed = evaluate(&mut envs[0], &mut replay, 1, seed, |_| ())?.episodes[0];
+        let replayed = evaluate(&mut envs[0], &mut replay, 1, seed, |_| ())?.episodes;
         ensure!(
-            replayed == Episode { seed: Some(seed), ..planned.episode },
+            replayed == [Episode { seed: Some(seed), ..planned.episode.clone() }],
             "the plan of seed {seed} ends differently when it is played: {replayed:?}, not {:?}",
             planned.episode
         );

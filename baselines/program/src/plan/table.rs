@@ -1,22 +1,20 @@
-//! The table of all starts, by the distance of the goal.
+//! The table of all starts, by the stratum of the goal.
 
+use baselines::{strata_of, stratum};
 use fetch_env::Task;
 
 use super::start::{Failure, PLAYERS, Start};
 use crate::shared::json::Metric;
 
-/// The distances that divide the starts of Slide into rings (meters).
-const RINGS: [f64; 4] = [0.3, 0.5, 0.6, 0.7];
-
 /// The head of the table. Steps are means over the episodes that achieve their goals.
 pub const HEAD: &str = "\
-| goal's distance | starts | planned | scripted | trained | short | past | untouched | \
+| goal | starts | planned | scripted | trained | short | past | untouched | \
  steps planned | steps scripted | steps trained | rollouts | seconds |
 |---|---|---|---|---|---|---|---|---|---|---|---|---|";
 
-/// A row: the starts whose goals are in the same range of distances.
+/// A row: the starts whose goals are in the same stratum.
 pub struct Row {
-    /// The distance, as in the names of figures.
+    /// The stratum, as in the names of figures.
     label: String,
     starts: usize,
     cells: Vec<Cell>,
@@ -32,17 +30,10 @@ struct Cell {
 /// Returns the rows; the last one is of all starts.
 pub fn rows(task: Task, starts: &[Start]) -> Vec<Row> {
     let mut rows = Vec::new();
-    if task == Task::Slide {
-        let [a, b, c, d] = RINGS;
-        for (begin, end) in [(0.0, a), (a, b), (b, c), (c, d), (d, f64::INFINITY)] {
-            let ring = starts.iter().filter(|start| (begin..end).contains(&start.distance));
-            let label = if end.is_finite() {
-                format!("{begin}-to-{end}-m")
-            } else {
-                format!("from-{begin}-m")
-            };
-            rows.push(Row::new(label, &ring.collect::<Vec<_>>()));
-        }
+    for &name in strata_of(task) {
+        let part =
+            starts.iter().filter(|start| stratum(task, &start.planned().episode) == Some(name));
+        rows.push(Row::new(name.replace(' ', "-"), &part.collect::<Vec<_>>()));
     }
     rows.push(Row::new("all".to_owned(), &starts.iter().collect::<Vec<_>>()));
     rows

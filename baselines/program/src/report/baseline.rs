@@ -33,7 +33,7 @@ impl Outcome {
     pub fn ink(&self) -> Ink {
         match self.policy {
             PolicyChoice::Random | PolicyChoice::Zero => Ink::Orange,
-            PolicyChoice::Scripted => Ink::Blue,
+            PolicyChoice::Proportional | PolicyChoice::Scripted => Ink::Blue,
             PolicyChoice::Trained => Ink::Teal,
         }
     }

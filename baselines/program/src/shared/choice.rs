@@ -1,6 +1,9 @@
 //! The flags `--model` and `--policy`.
 
-use baselines::{Policy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy, runs::RunModel};
+use baselines::{
+    Policy, ProportionalPolicy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy,
+    runs::RunModel,
+};
 use clap::ValueEnum;
 use fetch_env::{Env, MujocoEnv};
 use fetch_sim::{ModelSource, Task};
@@ -51,6 +54,8 @@ impl ModelChoice {
 pub enum PolicyChoice {
     /// Uniformly random actions
     Random,
+    /// The gripper straight to the goal
+    Proportional,
     /// A few rules for each task
     Scripted,
     /// Learned by `fetch-env train`, for each task
@@ -68,6 +73,7 @@ impl PolicyChoice {
         let task = env.inner().config().task();
         Ok(match self {
             Self::Random => Box::new(RandomPolicy::new(env.action_space(), seed)),
+            Self::Proportional => Box::new(ProportionalPolicy::new(task)),
             Self::Scripted => Box::new(ScriptedPolicy::new(task)),
             Self::Trained => Box::new(TrainedPolicy::shipped(task)?),
             Self::Zero => Box::new(ZeroPolicy),
@@ -75,7 +81,7 @@ impl PolicyChoice {
     }
 }
 
-/// Returns the policy that a name or a file stands for.
+/// Returns the policy that a name or a file stands for; `proportional=GAIN` has that gain.
 ///
 /// # Errors
 /// There is no policy of this name, or the file is not one.
@@ -83,10 +89,17 @@ pub fn policy_of(text: &str, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<d
     if let Ok(choice) = PolicyChoice::from_str(text, false) {
         return choice.policy(env, seed);
     }
+    if let Some(gain) = text.strip_prefix("proportional=") {
+        let finite = gain.parse().ok().filter(|gain: &f64| gain.is_finite());
+        let gain =
+            finite.ok_or_else(|| usage(format_args!("{gain} is no gain: write a number")))?;
+        let policy = ProportionalPolicy::new(env.inner().config().task());
+        return Ok(Box::new(policy.with_gain(gain)));
+    }
     if !text.contains(['.', '/']) {
         return Err(usage(format_args!(
-            "there is no policy {text}: choose random, scripted, trained, zero or the file of a \
-             trained one"
+            "there is no policy {text}: choose random, proportional, scripted, trained, zero or \
+             the file of a trained one"
         )));
     }
     Ok(Box::new(TrainedPolicy::load(text)?))

@@ -58,6 +58,14 @@ pub trait GoalObservation:
 
     /// Returns the goal to achieve; constant throughout an episode.
     fn desired_goal(&self) -> &[f64];
+
+    /// Returns the position of what the actions move, in meters, from the elements of an
+    /// `observation`: the gripper's in the Fetch tasks. `None`, the default, if they do not show it.
+    #[must_use]
+    fn position(observation: &[Self::Element]) -> Option<[f64; 3]> {
+        let _ = observation;
+        None
+    }
 }
 
 /// Many observations of the type `O`, row after row. [`GoalRows`] and [`ArrayRows`] implement it.

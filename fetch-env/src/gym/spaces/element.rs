@@ -24,6 +24,9 @@ pub trait ArrayElement: Copy + Debug + PartialEq + Send + Sync + private::Sealed
 
     /// Returns an array as a value of a space.
     fn value(array: &[Self]) -> Value;
+
+    /// Returns the element as a number: 1 for true, 0 for false.
+    fn to_f64(self) -> f64;
 }
 
 mod private {
@@ -31,7 +34,7 @@ mod private {
 }
 
 macro_rules! array_element {
-    ($($type:ident: $empty:expr, $value:ident, $($space:ident)|+;)*) => {$(
+    ($($type:ident: $empty:expr, $value:ident, $($space:ident)|+, $to_f64:expr;)*) => {$(
         impl private::Sealed for $type {}
 
         impl ArrayElement for $type {
@@ -47,14 +50,18 @@ macro_rules! array_element {
             fn value(array: &[Self]) -> Value {
                 Value::$value(array.into())
             }
+
+            fn to_f64(self) -> f64 {
+                $to_f64(self)
+            }
         }
     )*};
 }
 
 array_element! {
-    f32: Self::NAN, F32, BoxF32;
-    f64: Self::NAN, F64, BoxF64;
-    u8: 0, U8, Image;
-    i64: 0, I64, Discrete | MultiDiscrete;
-    bool: false, Bool, MultiBinary;
+    f32: Self::NAN, F32, BoxF32, f64::from;
+    f64: Self::NAN, F64, BoxF64, f64::from;
+    u8: 0, U8, Image, f64::from;
+    i64: 0, I64, Discrete | MultiDiscrete, |choice| choice as f64;
+    bool: false, Bool, MultiBinary, f64::from;
 }

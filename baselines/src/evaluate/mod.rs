@@ -1,89 +1,23 @@
 //! Evaluation of a policy over seeded episodes.
 
+mod episode;
+mod strata;
+mod summary;
+
 use std::ops::Range;
 
-use fetch_env::vec_env::{VecEnvError, VecReset};
-use fetch_env::{ActionElement, ActionSpace, Env, EnvError, GoalEnv, Info, Reset, Step, VecEnv};
-use serde::{Deserialize, Serialize};
+use fetch_env::vec_env::VecReset;
+use fetch_env::{
+    ActionElement, ActionSpace, Env, EnvError, GoalEnv, GoalObservation, Reset, Step, VecEnv,
+};
 
+use self::episode::Measured;
+pub use self::{
+    episode::{Controls, Episode},
+    strata::{strata_of, stratum},
+    summary::{ControlSummary, Evaluation, EvaluationError, Summary},
+};
 use crate::policy::{Policy, PolicyError, VecPolicy};
-use crate::statistics::{Estimate, StatisticsError};
-use crate::workers::UnreadableMessage;
-
-/// The result of one episode.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Episode {
-    /// Seed of the reset; `None` if it continued the environment's random numbers.
-    pub seed: Option<u64>,
-    /// Sum of the rewards.
-    pub episode_return: f64,
-    /// Number of steps.
-    pub episode_length: usize,
-    /// Distance between achieved and desired goal after the last step: meters in the Fetch tasks.
-    pub final_distance: f64,
-    /// Whether the last step was a success: the benchmark's success rate counts these.
-    pub success: bool,
-    /// Whether any step was a success.
-    pub success_any: bool,
-}
-
-/// The episodes of an evaluation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Evaluation {
-    /// One entry for each episode, in the order of their seeds.
-    pub episodes: Vec<Episode>,
-}
-
-/// The figures of an evaluation, each with its 95 % confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Summary {
-    /// Share of episodes whose last step was a success.
-    pub success_rate: Estimate,
-    /// Share of episodes with a success at any step.
-    pub success_any_rate: Estimate,
-    /// Mean sum of rewards.
-    pub episode_return_mean: Estimate,
-    /// Mean number of steps.
-    pub episode_length_mean: Estimate,
-    /// Mean distance at the end: meters in the Fetch tasks.
-    pub final_distance_mean: Estimate,
-}
-
-/// Error returned when a policy is evaluated or its episodes are summarized.
-#[derive(thiserror::Error)]
-#[non_exhaustive]
-pub enum EvaluationError {
-    /// There are no episodes to take a mean of.
-    #[error("there is no episode to evaluate: run at least one")]
-    NoEpisodes,
-    /// The policy does not fit this environment.
-    #[error(transparent)]
-    Policy(#[from] PolicyError),
-    /// The environment failed.
-    #[error("episode {episode} (seed {seed}) failed")]
-    Environment {
-        /// The episode, counted from 0.
-        episode: usize,
-        /// The seed of its reset.
-        seed: u64,
-        /// The environment's error.
-        source: EnvError,
-    },
-    /// The environments could not be stepped together.
-    #[error(transparent)]
-    Vec(#[from] VecEnvError),
-    /// A return or a distance is not a finite number.
-    #[error("no mean can be taken over the episodes")]
-    Statistics(#[from] StatisticsError),
-    /// The caller stopped it.
-    #[error("the evaluation was stopped before its end")]
-    Stopped,
-    /// Another process sent episodes that cannot be read.
-    #[error(transparent)]
-    Unreadable(#[from] UnreadableMessage),
-}
-
-debug_as_display!(EvaluationError);
 
 /// The number of steps after which an episode counts as endless.
 pub(crate) const MAX_STEPS: usize = 100_000;
@@ -157,30 +91,36 @@ pub(crate) fn run_episode<E: GoalEnv, X>(
     policy.reset();
     let start = env.reset(Some(seed)).map_err(&failed)?;
     watch(env, Event::Start(&start))?;
-    let episode = Episode::new(Some(seed));
-    finish_episode(env, policy, start.observation, episode, failed, watch)
+    finish_episode(env, policy, start.observation, Some(seed), failed, watch)
 }
 
-/// Continues an episode from an observation, as [`run_episode`] does.
+/// Continues an episode of a seed from an observation, as [`run_episode`] does.
 pub(crate) fn finish_episode<E: GoalEnv, X>(
     env: &mut E,
     policy: &mut (impl Policy<E::Observation, ActionElement<E>> + ?Sized),
     mut observation: E::Observation,
-    mut episode: Episode,
+    seed: Option<u64>,
     failed: impl Fn(EnvError) -> X,
     mut watch: impl FnMut(&E, Event<'_, E>) -> Result<(), X>,
 ) -> Result<Episode, X> {
+    let mut episode = Measured::<E::Observation>::start(
+        seed,
+        observation.achieved_goal(),
+        observation.desired_goal(),
+        observation.observation(),
+    );
     let mut action = vec![ActionElement::<E>::default(); env.action_space().action_len()];
     loop {
         policy.act(&observation, &mut action);
         let step = env.step(&action).map_err(&failed)?;
         watch(env, Event::Step(&action, &step))?;
         let is_last = step.is_last();
-        episode.add(step.reward, step.info.as_ref());
+        let row = step.observation.observation();
+        episode.add(&action, row, step.reward, step.info.as_ref());
         if is_last {
-            return Ok(episode);
+            return Ok(episode.finish());
         }
-        if episode.episode_length >= MAX_STEPS {
+        if episode.len() >= MAX_STEPS {
             return Err(failed(EnvError::Endless { steps: MAX_STEPS }));
         }
         observation = step.observation;
@@ -239,9 +179,8 @@ pub(crate) fn evaluate_range<E: GoalEnv + Send + 'static>(
     let mut actions = vec![ActionElement::<E>::default(); num_envs * len];
     let mut episodes = Vec::new();
     while episodes.len() < range.len() {
-        let first = episodes.len();
-        let number = range.start + first;
-        let size = num_envs.min(range.len() - first);
+        let number = range.start + episodes.len();
+        let size = num_envs.min(range.len() - episodes.len());
         let seeds: Vec<_> = (0..num_envs as u64)
             .map(|row| Some(first_seed.wrapping_add(number as u64).wrapping_add(row)))
             .collect();
@@ -252,98 +191,50 @@ pub(crate) fn evaluate_range<E: GoalEnv + Send + 'static>(
         };
         policy.reset_all();
         let reset = VecReset { seeds: Some(&seeds), ..VecReset::default() };
-        if let Some((row, error)) = envs.reset_with(&reset)?.errors().find(|(row, _)| *row < size) {
+        let batch = envs.reset_with(&reset)?;
+        if let Some((row, error)) = batch.errors().find(|(row, _)| *row < size) {
             return Err(failed(row, error));
         }
-        episodes.extend(seeds[..size].iter().map(|seed| Episode::new(*seed)));
-        let mut running = vec![true; size];
-        while running.contains(&true) {
+        let observation_len = batch.observation().len() / num_envs;
+        let goal_len = batch.desired_goal().len() / num_envs;
+        let mut finished = vec![None; size];
+        let mut running: Vec<_> = (0..size)
+            .map(|row| {
+                Some(Measured::<E::Observation>::start(
+                    seeds[row],
+                    &batch.achieved_goal()[row * goal_len..][..goal_len],
+                    &batch.desired_goal()[row * goal_len..][..goal_len],
+                    &batch.observation()[row * observation_len..][..observation_len],
+                ))
+            })
+            .collect();
+        while running.iter().any(Option::is_some) {
             if !go_on() {
                 return Err(EvaluationError::Stopped);
             }
             policy.act_all(envs.last_step(), &mut actions);
             let batch = envs.step(&actions)?;
-            for (row, is_running) in running.iter_mut().enumerate().filter(|(_, running)| **running)
-            {
+            for (row, slot) in running.iter_mut().enumerate() {
+                let Some(episode) = slot else { continue };
                 let (true, Some(info)) = (batch.stepped()[row], batch.step_info(row)) else {
                     return Err(failed(row, batch.error(row).unwrap_or(&EnvError::EpisodeOver)));
                 };
-                let episode = &mut episodes[first + row];
-                episode.add(batch.reward()[row], info.as_ref());
+                episode.add(
+                    &batch.action()[row * len..][..len],
+                    &batch.next_observation()[row * observation_len..][..observation_len],
+                    batch.reward()[row],
+                    info.as_ref(),
+                );
                 if batch.terminated()[row] || batch.truncated()[row] {
-                    *is_running = false;
-                    progress(episode);
-                } else if episode.episode_length >= MAX_STEPS {
+                    let episode = slot.take().map(Measured::finish);
+                    episode.iter().for_each(&mut progress);
+                    finished[row] = episode;
+                } else if episode.len() >= MAX_STEPS {
                     return Err(failed(row, &EnvError::Endless { steps: MAX_STEPS }));
                 }
             }
         }
+        episodes.extend(finished.into_iter().flatten());
     }
     Ok(Evaluation { episodes })
-}
-
-impl Episode {
-    /// Starts an episode without steps.
-    pub(crate) const fn new(seed: Option<u64>) -> Self {
-        Self {
-            seed,
-            episode_return: 0.0,
-            episode_length: 0,
-            final_distance: f64::NAN,
-            success: false,
-            success_any: false,
-        }
-    }
-
-    /// Adds a step.
-    pub(crate) fn add(&mut self, reward: f64, info: &Info) {
-        self.episode_return += reward;
-        self.episode_length += 1;
-        self.final_distance = info.distance;
-        self.success = info.is_success;
-        self.success_any |= info.is_success;
-    }
-}
-
-impl Evaluation {
-    /// Returns the figures over all episodes.
-    ///
-    /// # Errors
-    /// [`EvaluationError::NoEpisodes`] if there are none, and [`EvaluationError::Statistics`] if a
-    /// return or a distance is not finite.
-    pub fn summary(&self) -> Result<Summary, EvaluationError> {
-        if self.episodes.is_empty() {
-            return Err(EvaluationError::NoEpisodes);
-        }
-        let count = |test: fn(&Episode) -> bool| self.episodes.iter().filter(|e| test(e)).count();
-        let mean = |value: fn(&Episode) -> f64| {
-            Estimate::mean(&self.episodes.iter().map(value).collect::<Vec<_>>())
-        };
-        let total = self.episodes.len();
-        Ok(Summary {
-            success_rate: Estimate::share(count(|e| e.success), total)?,
-            success_any_rate: Estimate::share(count(|e| e.success_any), total)?,
-            episode_return_mean: mean(|e| e.episode_return)?,
-            episode_length_mean: mean(|e| e.episode_length as f64)?,
-            final_distance_mean: mean(|e| e.final_distance)?,
-        })
-    }
-
-    /// Returns the success rate at each of these distance thresholds: as in the environment, an
-    /// episode succeeds if the distance after its last step is strictly below the threshold.
-    ///
-    /// # Errors
-    /// [`EvaluationError::NoEpisodes`] if there are no episodes.
-    pub fn success_at(&self, thresholds: &[f64]) -> Result<Vec<Estimate>, EvaluationError> {
-        if self.episodes.is_empty() {
-            return Err(EvaluationError::NoEpisodes);
-        }
-        thresholds
-            .iter()
-            .map(|&threshold| {
-                let below = self.episodes.iter().filter(|e| e.final_distance < threshold).count();
-                Ok(Estimate::share(below, self.episodes.len())?)
-            })
-            .collect()
-    }
 }
