@@ -40,17 +40,32 @@ fn curves_of_robustness_do_not_depend_on_the_threads() -> Result {
         let table = output_of(
             fetch(&format!(
                 "robustness --env-id FetchReach-v4 --policy scripted,zero --episodes 5 --threads \
-                 {threads} --factor observation_noise=0,0.5 --factor gravity=5 --with action_delay=1"
+                 {threads} --factor observation_noise=0,0.5 --factor gravity=5 --with action_delay=1 \
+                 --pair action_noise=0,1 action_scale=0,1,2 --mean"
             ))
+            .arg("--out")
+            .arg(folder.path())
             .arg("--csv")
             .arg(&csv)
             .arg("--json")
             .arg(&json),
         )?;
-        Ok((table, fs::read_to_string(csv)?, read_json(&json)?))
+        let names = ["observation_noise", "gravity", "action_noise-action_scale-2"];
+        let files = names.iter().flat_map(|name| ["svg", "png"].map(|end| format!("{name}.{end}")));
+        let files = files.chain(["robustness.html".into()]);
+        let files = files.map(|name| fs::read(folder.path().join(name)));
+        let files = files.collect::<Result<Vec<_>, _>>()?;
+        Ok((table, fs::read_to_string(csv)?, read_json(&json)?, files))
     };
-    let (table, csv, json) = measure(1)?;
-    assert_eq!(measure(3)?, (table.clone(), csv.clone(), json.clone()));
+    let (table, csv, json, files) = measure(1)?;
+    assert_eq!(measure(3)?, (table.clone(), csv.clone(), json.clone(), files.clone()));
+    let page = String::from_utf8(files.last().ok_or("a page")?.clone())?;
+    for part in ["<h2 id=\"gravity\">gravity</h2>", "mean of 2 policies", "data:image/svg+xml"] {
+        assert!(page.contains(part), "{part}");
+    }
+    // Two policies, of which one always fails.
+    assert!(table.contains("| 0 | 0.50 ("), "{table}");
+    assert!(table.contains("| action_noise \\ action_scale | 0 | 1 | 2 |"), "{table}");
     // A line for each policy and value, and one with the columns.
     assert_eq!(csv.lines().count(), 1 + 2 * 3);
     assert!(csv.contains("\nscripted,observation_noise,0,1,"), "{csv}");
@@ -60,11 +75,33 @@ fn curves_of_robustness_do_not_depend_on_the_threads() -> Result {
         result.and_then(|result| result["value"].as_f64()).ok_or_else(|| name.to_owned())
     };
     assert_eq!(value("robustness/scripted/observation_noise/0/success_rate")?, 1.0);
+    let pair = |scale: u8| format!("robustness/scripted/action_noise=0/action_scale={scale}");
+    assert_eq!(value(&format!("{}/success_rate", pair(1)))?, 1.0);
+    assert!(value(&format!("{}/success_any_rate", pair(0)))? < 1.0, "it cannot move");
     let area = value("robustness/scripted/observation_noise/success_rate/area")?;
     let noisy = value("robustness/scripted/observation_noise/0.5/success_rate")?;
     assert!((area - 0.5 * (1.0 + noisy) / 2.0).abs() < 1e-12, "{area}");
     assert!(table.contains("| observation_noise | success at the end |"), "{table}");
     assert!(!table.contains("NaN"), "{table}");
+    Ok(())
+}
+
+#[test]
+fn the_tables_of_the_book_are_one_command() -> Result {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("book.json");
+    let text = output_of(fetch("robustness --book --episodes 1 --json").arg(&path))?;
+    assert_eq!(text.matches("### Chapter").count(), 14);
+    // The book's row above ours, of one episode.
+    let book = "| the book, any time | 100 | 98 | 97 | 94 | 11 | 5 | 5 |\n| any time | ";
+    assert!(text.contains(book), "{text}");
+    assert!(text.contains("| the book, energy | 58.1 | 46.4 |"), "{text}");
+    assert!(text.contains("Planning gap, at any time: 0 points in Reach, "), "{text}");
+    let output = read_json(&path)?;
+    let results = output["results"].as_array().ok_or("results")?;
+    let name = "robustness/book/Reach/trained/action_scale/1/success_rate";
+    let rate = results.iter().find(|result| result["name"] == name).ok_or("a figure")?;
+    assert_eq!(rate["value"], 1.0);
     Ok(())
 }
 
@@ -95,6 +132,10 @@ fn wrong_usage_is_exit_code_2() -> Result {
         "robustness --env-id FetchReach-v4 --factor object_mass=1",
         "robustness --factor gravity=9 --with friction=1,2",
         "robustness --factor gravity=9 --episodes 0",
+        "robustness --factor gravity=9 --policy proportional=high",
+        "robustness --pair gravity=9",
+        "robustness --pair gravity=9 object_mas=1",
+        "robustness --book --factor gravity=9",
         "play --policy nothing",
         "collect --format ogbench --out nothing --snapshots",
         "datasets --out nothing --only nothing",
@@ -242,6 +283,19 @@ fn an_evaluation_is_the_same_on_any_number_of_threads() -> Result {
         let low = value("evaluate/FetchPushDense-v4/episode_return_mean/low")?;
         let high = value("evaluate/FetchPushDense-v4/episode_return_mean/high")?;
         assert!(low < high && high < 0.0, "{policy}: {low} to {high}");
+    }
+    // PickAndPlace has two kinds of goals, and ten episodes have both.
+    let path = folder.path().join("strata.json");
+    let flags =
+        "evaluate --env-id FetchPickAndPlace-v4 --policy proportional=5 --episodes 10 --json";
+    let table = output_of(fetch(flags).arg(&path))?;
+    assert_eq!(table.matches("| FetchPickAndPlace-v4, air |").count(), 2, "{table}");
+    assert_eq!(table.matches("| FetchPickAndPlace-v4, table |").count(), 2, "{table}");
+    let output = read_json(&path)?;
+    let results = output["results"].as_array().ok_or("no list")?;
+    for name in ["success_rate", "air/path_mean/high", "table/energy_mean"] {
+        let name = format!("evaluate/FetchPickAndPlace-v4/{name}");
+        assert!(results.iter().any(|result| result["name"] == name), "{name}");
     }
     // The shipped policy is not one of two tasks, but a task's own in each.
     let (table, _) = evaluate("trained", 2)?;

@@ -15,6 +15,16 @@ pub const FAINT: RGBColor = RGBColor(108, 117, 125);
 pub const BLUE: RGBColor = RGBColor(22, 129, 196);
 pub const RED: RGBColor = RGBColor(196, 30, 30);
 
+/// The colors of curves in one picture.
+pub const COLORS: [RGBColor; 6] = [
+    BLUE,
+    RGBColor(224, 123, 0),
+    RGBColor(0, 128, 110),
+    RGBColor(130, 70, 180),
+    RGBColor(120, 90, 60),
+    RGBColor(200, 40, 120),
+];
+
 /// Returns the style of a text that is anchored in the middle of its left edge.
 pub fn text(size: u32, color: RGBColor) -> TextStyle<'static> {
     (FONT, size).into_font().color(&color).pos(Pos::new(HPos::Left, VPos::Center))

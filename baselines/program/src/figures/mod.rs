@@ -1,6 +1,8 @@
 //! `figures`: draws the chapter's pictures, and Slide's, as PNG and SVG.
 
 pub mod canvas;
+pub mod chart;
+pub mod heat_map;
 mod observation;
 pub mod picture;
 mod rewards;

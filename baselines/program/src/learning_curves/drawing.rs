@@ -1,12 +1,11 @@
 //! The picture of a group's curves: the success rate over steps and over seconds.
 
-use baselines::runs::{Band, Group};
-use plotters::prelude::*;
-
 use crate::figures::{
-    canvas::{BLUE, FAINT, INK, RED, bold, text},
-    picture::{Area, Backend, DrawError, Drawing, FONT},
+    canvas::{BLUE, INK, bold, text},
+    chart::Chart,
+    picture::{Area, Backend, DrawError, Drawing},
 };
+use baselines::runs::{Band, Group};
 
 /// Width of the title, in pixels.
 const ROOM: u32 = 1080;
@@ -48,48 +47,18 @@ impl Drawing for Curves {
         area.draw_text(&self.legend, &text(15, INK), (20, 54))?;
         let (_, charts) = area.split_vertically(68);
         let (left, right) = charts.split_horizontally(560);
-        chart(&left, &self.over_steps, self.target, "environment steps (thousands)")?;
-        chart(&right, &self.over_seconds, self.target, "seconds of training")
+        let chart = |label, bands: &[Band], area: &Area<B>| {
+            let chart = Chart {
+                label,
+                rate: "success rate of greedy episodes",
+                range: 0.0..bands.last().map_or(1.0, |(x, _)| *x),
+                curves: vec![(BLUE, bands)],
+                has_dots: false,
+                line: (self.target, format!("target {}", self.target)),
+            };
+            chart.draw(area)
+        };
+        chart("environment steps (thousands)", &self.over_steps, &left)?;
+        chart("seconds of training", &self.over_seconds, &right)
     }
-}
-
-fn chart<B: Backend>(
-    area: &Area<B>,
-    bands: &[Band],
-    target: f64,
-    label: &str,
-) -> Result<(), DrawError> {
-    let end = bands.last().map_or(1.0, |(x, _)| *x);
-    let mut chart = ChartBuilder::on(area)
-        .margin_top(14)
-        .margin_right(30)
-        .margin_bottom(10)
-        .margin_left(10)
-        .x_label_area_size(52)
-        .y_label_area_size(74)
-        .build_cartesian_2d(0.0..end, 0.0..1.0)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(FAINT.mix(0.25))
-        .axis_style(INK)
-        .x_desc(label)
-        .y_desc("success rate of greedy episodes")
-        .axis_desc_style((FONT, 15).into_font().color(&INK))
-        .label_style((FONT, 14).into_font().color(&INK))
-        .x_labels(6)
-        .x_label_formatter(&|x| ((10.0 * x).round() / 10.0).to_string())
-        .y_labels(6)
-        .y_label_formatter(&|y| format!("{y:.1}"))
-        .draw()?;
-    let low = bands.iter().map(|(x, estimate)| (*x, estimate.low));
-    let high = bands.iter().rev().map(|(x, estimate)| (*x, estimate.high));
-    let outline: Vec<_> = low.chain(high).collect();
-    chart.draw_series([Polygon::new(outline, BLUE.mix(0.2).filled())])?;
-    let means = bands.iter().map(|(x, estimate)| (*x, estimate.value));
-    chart.draw_series(LineSeries::new(means, BLUE.stroke_width(3)))?;
-    chart.draw_series(DashedLineSeries::new([(0.0, target), (end, target)], 6, 5, RED.into()))?;
-    let name = format!("target {target}");
-    chart.draw_series([Text::new(name, (0.01 * end, target - 0.04), text(14, RED))])?;
-    Ok(())
 }

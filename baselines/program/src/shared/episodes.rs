@@ -46,6 +46,11 @@ impl EpisodeArgs {
         Ok(ThreadPoolBuilder::new().num_threads(threads).build()?)
     }
 
+    /// Returns these flags with `factor` times as many episodes.
+    pub fn times(&self, factor: NonZeroUsize) -> Self {
+        Self { episodes: self.episodes.saturating_mul(factor), ..self.clone() }
+    }
+
     /// Returns the reference's settings of an environment, with the model that the flags name.
     pub fn config(&self, env_id: EnvId) -> FetchConfig {
         env_id.config().with_model(self.model.source())

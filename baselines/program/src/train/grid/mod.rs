@@ -10,7 +10,7 @@ use baselines::runs::{Grid, GridEvent, GridFolder, GridRun, GridTable, WatchGrid
 use her_relabel::files::read_text;
 use indicatif::ProgressBar;
 
-use self::heat_map::HeatMap;
+use self::heat_map::heat_map;
 use super::{Args, tell_of_locks};
 use crate::{
     figures::picture::Picture,
@@ -58,7 +58,7 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     let written = folder.write_table(&table)?;
     say!("{}", table.text())?;
     say!("wrote {}", written.display())?;
-    let Picture { svg, png } = Picture::new(&HeatMap::new(&grid, &table)?)?;
+    let Picture { svg, png } = Picture::new(&heat_map(&grid, &table)?)?;
     for written in folder.write_picture(svg.as_bytes(), &png)? {
         say!("wrote {}", written.display())?;
     }
