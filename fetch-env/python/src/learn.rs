@@ -1,4 +1,4 @@
-//! Learning and evaluating.
+//! Learning.
 
 use std::ffi::CString;
 use std::num::NonZero;
@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf, absolute};
 use std::thread::available_parallelism;
 
 use baselines::{
-    evaluate_vec_while,
     learn::{self, CurveRow, Preset, TrainSettings},
     runs::{
         self, Cycles, FolderError, Length, NewRun, Ready, RunDescription, RunFolder, RunModel,
@@ -15,7 +14,7 @@ use baselines::{
     },
     workers::OneProcess,
 };
-use fetch_env::{ModelSource, MujocoEnv, make_vec, vec_env::VecConfig};
+use fetch_env::{ModelSource, MujocoEnv};
 use pyo3::{
     Borrowed,
     exceptions::{PyRuntimeWarning, PyTypeError},
@@ -264,28 +263,4 @@ fn in_python(error: RunsError, out: Option<&Path>) -> Error {
         Some(out) => error.at(out),
         None => error,
     }
-}
-
-/// Runs episodes of a policy, and returns their summary as JSON.
-#[pyfunction]
-pub(crate) fn evaluate(
-    py: Python<'_>,
-    config: &Config,
-    policy: &Policy,
-    episodes: Integer<usize>,
-    seed: Integer<u64>,
-    num_threads: Integer<usize>,
-) -> Result<String> {
-    let (Integer(episodes), Integer(seed)) = (episodes, seed);
-    let (env, mut policy) = (config.config.clone(), policy.copy(py)?);
-    let threads = VecConfig::default().with_num_threads(num_threads.0);
-    let mut signals = Signals::new();
-    let summary = simulate(py, || -> Result<_> {
-        let mut envs = make_vec(env, episodes.clamp(1, 16), threads)?;
-        evaluate_vec_while(&mut envs, &mut policy, episodes, seed, || signals.go_on())
-            .and_then(|evaluation| evaluation.summary())
-            .map_err(Error::chain)
-    });
-    signals.finish()?;
-    Ok(serde_json::to_string(&summary?)?)
 }

@@ -6,6 +6,7 @@ mod config;
 mod datasets;
 mod env;
 mod error;
+mod evaluate;
 mod exclusive;
 mod her;
 mod integer;
@@ -35,9 +36,11 @@ mod _native {
     #[pymodule_export]
     use crate::error::{MujocoError, SimulationError};
     #[pymodule_export]
+    use crate::evaluate::{evaluate, robustness};
+    #[pymodule_export]
     use crate::her::Buffer;
     #[pymodule_export]
-    use crate::learn::{Trainer, evaluate};
+    use crate::learn::Trainer;
     #[pymodule_export]
     use crate::model::{has_reference_model, library_path, unpack_reference_model, use_library};
     #[pymodule_export]

@@ -250,6 +250,28 @@ def test_what_the_learner_refuses(tmp_path):
             call(model=tmp_path)
 
 
+def test_a_curve_of_robustness():
+    policy = fetch_env.Policy.shipped("FetchReach-v4")
+    noise = [0, 0.02, 2]
+    curve = fetch_env.robustness("FetchReach-v4", policy, "observation_noise", noise, 20, seed=3)
+    assert curve["factor"] == "observation_noise"
+    plain, noisy, blind = curve["points"]
+    assert {"value": 0.0, **fetch_env.evaluate("FetchReach-v4", policy, 20, seed=3)} == plain
+    settings = {"variation": {"observation_noise": 0.02}}
+    varied = fetch_env.evaluate("FetchReach-v4", policy, 20, seed=3, **settings)
+    assert {"value": 0.02, **varied} == noisy
+    assert plain["success_rate"]["value"] == 1.0 > blind["success_rate"]["value"]
+    assert 1.0 <= plain["steps_to_success_mean"]["value"] < 10.0
+    assert plain["path_mean"]["value"] > 0.0
+    assert plain["energy_mean"]["value"] < blind["energy_mean"]["value"]
+    assert curve["success"]["critical_value"] == 2.0
+    assert 0.0 < curve["success"]["area"] <= curve["success_any"]["area"] <= 2.0
+    with pytest.raises(ValueError, match="observation_noise"):
+        fetch_env.robustness("FetchReach-v4", policy, "observation_nois", [0.0])
+    with pytest.raises(TypeError, match=r"pass a fetch_env\.Policy"):
+        fetch_env.robustness("FetchReach-v4", print, "gravity", [9.0])
+
+
 def test_ctrl_c_ends_an_evaluation(ctrl_c):
     policy = fetch_env.Policy.shipped("FetchReach-v4")
     start = time.monotonic()

@@ -24,7 +24,7 @@ from ._native import MujocoError, MujocoWarning, SimulationError
 from .datasets import write_dataset
 from .env import FetchEnv
 from .her import HerBuffer
-from .learn import CurveRow, Training, evaluate, train
+from .learn import CurveRow, Training, evaluate, robustness, train
 from .model import download_reference_model, has_reference_model, library_path
 from .policy import Policy
 from .sampling import Sampling
@@ -48,6 +48,7 @@ __all__ = [
     "evaluate",
     "has_reference_model",
     "library_path",
+    "robustness",
     "train",
     "write_dataset",
 ]

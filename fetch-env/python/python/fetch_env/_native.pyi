@@ -1,7 +1,7 @@
 # The compiled part of the package; see the classes that use it.
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -256,6 +256,15 @@ class NamedPolicy:
 
 def run_program(arguments: list[str]) -> int: ...
 def evaluate(config: Config, policy: Policy, episodes: int, seed: int, num_threads: int) -> str: ...
+def robustness(
+    config: Config,
+    policy: Policy,
+    factor: str,
+    values: Sequence[float],
+    episodes: int,
+    seed: int,
+    num_threads: int,
+) -> str: ...
 def write_dataset(
     config: Config,
     set: str,  # noqa: A002

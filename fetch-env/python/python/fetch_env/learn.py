@@ -17,7 +17,7 @@ from .settings import make_config
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from typing_extensions import Unpack
 
@@ -232,8 +232,11 @@ def evaluate(
         **settings: See :class:`fetch_env.Settings`.
 
     Returns:
-        ``success_rate``, ``success_any_rate``, ``episode_return_mean``, ``episode_length_mean`` and
-        ``final_distance_mean`` (in meters), each with its 95 % interval.
+        ``success_rate``, ``success_any_rate``, ``episode_return_mean``, ``episode_length_mean``,
+        ``final_distance_mean`` (in meters), and what the policy does as a controller:
+        ``steps_to_success_mean`` (``None`` without a success), ``action_change_mean`` (squared),
+        ``largest_action_mean``, ``path_mean`` of the gripper (in meters) and ``energy_mean`` (sum
+        of squared actions), each with its 95 % interval.
 
     Raises:
         ValueError: If there is no episode, or the policy does not fit the environment.
@@ -241,14 +244,66 @@ def evaluate(
         fetch_env.SimulationError: If the physics became unstable.
     """
     config = make_config(env_id, **settings)
+    summary: dict[str, Any] = json.loads(
+        _native.evaluate(config, _native_of(policy), episodes, seed, num_threads)
+    )
+    return summary
+
+
+def robustness(  # noqa: PLR0913
+    env_id: str,
+    policy: Policy,
+    factor: str,
+    values: Sequence[float],
+    episodes: int = 100,
+    *,
+    seed: int = 0,
+    num_threads: int = 0,
+    **settings: Unpack[Settings],
+) -> dict[str, Any]:
+    """Run episodes of a policy at each value of a factor. Ctrl-C ends it.
+
+    ::
+
+        policy = fetch_env.Policy.shipped("FetchPush-v4")
+        noise = [0, 0.01, 0.02, 0.05]
+        curve = fetch_env.robustness("FetchPush-v4", policy, "observation_noise", noise)
+        rates = [point["success_rate"]["value"] for point in curve["points"]]
+
+    Args:
+        env_id: The name, such as ``"FetchPush-v4"``.
+        policy: The policy.
+        factor: What has the values: noise, delays or physics, by a name of ``variation``.
+        values: The values.
+        episodes: Number of episodes at each value.
+        seed: Seed of the first episode; each further one has the next.
+        num_threads: Number of threads; 0 for one for each core.
+        **settings: See :class:`fetch_env.Settings`.
+
+    Returns:
+        ``factor``; ``points``, each with its ``value`` and all that :func:`evaluate` returns; and
+        for ``success`` at the last step and ``success_any`` at any: ``critical_value``, the first
+        whose rate is below 0.5, if any, ``slope`` of the straight line through the rates, and
+        ``area`` under them.
+
+    Raises:
+        ValueError: If there is no such factor, a value is out of its range, there is no episode, or
+            the policy does not fit the environment.
+        FileNotFoundError: If there is no such model.
+        fetch_env.SimulationError: If the physics became unstable.
+    """
+    config = make_config(env_id, **settings)
+    curve: dict[str, Any] = json.loads(
+        _native.robustness(config, _native_of(policy), factor, values, episodes, seed, num_threads)
+    )
+    return curve
+
+
+def _native_of(policy: Policy) -> _native.Policy:
     if not isinstance(policy, Policy):
         message = (
             f"the policy is {type(policy).__name__}: pass a fetch_env.Policy, or evaluate your own "
             "in environments"
         )
         raise TypeError(message)
-    native = policy._native  # noqa: SLF001
-    summary: dict[str, Any] = json.loads(
-        _native.evaluate(config, native, episodes, seed, num_threads)
-    )
-    return summary
+    return policy._native  # noqa: SLF001

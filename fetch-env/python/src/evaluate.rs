@@ -1,0 +1,105 @@
+//! Evaluating policies.
+
+use baselines::robustness::{RobustnessCurve, RobustnessPoint, SuccessAt};
+use baselines::{Summary, TrainedPolicy, evaluate_vec_while};
+use fetch_env::{FetchConfig, make_vec, vec_env::VecConfig};
+use pyo3::prelude::*;
+use serde_json::json;
+
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::integer::Integer;
+use crate::policy::Policy;
+use crate::signals::Signals;
+use crate::warnings::simulate;
+
+/// Episodes of one policy.
+struct Episodes {
+    policy: TrainedPolicy,
+    count: usize,
+    seed: u64,
+    threads: VecConfig,
+}
+
+impl Episodes {
+    fn run(&mut self, config: FetchConfig, signals: &mut Signals) -> Result<Summary> {
+        let Self { policy, count, seed, threads } = self;
+        let mut envs = make_vec(config, (*count).clamp(1, 16), *threads)?;
+        let run = evaluate_vec_while(&mut envs, policy, *count, *seed, || signals.go_on());
+        run.and_then(|evaluation| evaluation.summary()).map_err(Error::chain)
+    }
+}
+
+/// Runs episodes of a policy, and returns their summary as JSON.
+#[pyfunction]
+pub(crate) fn evaluate(
+    py: Python<'_>,
+    config: &Config,
+    policy: &Policy,
+    episodes: Integer<usize>,
+    seed: Integer<u64>,
+    num_threads: Integer<usize>,
+) -> Result<String> {
+    let threads = VecConfig::default().with_num_threads(num_threads.0);
+    let policy = policy.copy(py)?;
+    let mut episodes = Episodes { policy, count: episodes.0, seed: seed.0, threads };
+    let mut signals = Signals::new();
+    let summary = simulate(py, || episodes.run(config.config.clone(), &mut signals));
+    signals.finish()?;
+    Ok(serde_json::to_string(&summary?)?)
+}
+
+/// Runs episodes of a policy at each value of a factor, and returns the curve as JSON.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python function has as many")]
+pub(crate) fn robustness(
+    py: Python<'_>,
+    config: &Config,
+    policy: &Policy,
+    factor: &str,
+    values: Vec<f64>,
+    episodes: Integer<usize>,
+    seed: Integer<u64>,
+    num_threads: Integer<usize>,
+) -> Result<String> {
+    let threads = VecConfig::default().with_num_threads(num_threads.0);
+    let policy = policy.copy(py)?;
+    let mut episodes = Episodes { policy, count: episodes.0, seed: seed.0, threads };
+    // A wrong value is refused before any episode.
+    let configs = values.iter().map(|&value| {
+        let variation = config.config.variation().clone().with(factor, value);
+        Ok(config.config.clone().with_variation(variation.map_err(Error::value)?))
+    });
+    let mut configs = configs.collect::<Result<Vec<_>>>()?.into_iter();
+    let mut signals = Signals::new();
+    let curve = simulate(py, || -> Result<_> {
+        let mut curve = RobustnessCurve { factor: factor.to_owned(), points: Vec::new() };
+        for (&value, config) in values.iter().zip(&mut configs) {
+            let summary = episodes.run(config, &mut signals)?;
+            curve.points.push(RobustnessPoint { value, summary });
+        }
+        Ok(curve)
+    });
+    signals.finish()?;
+    let curve = curve?;
+    let points = curve.points.iter().map(|point| {
+        let mut row = serde_json::to_value(point.summary)?;
+        row["value"] = point.value.into();
+        Ok(row)
+    });
+    let sums = |at| {
+        let number = |number: f64| number.is_finite().then_some(number);
+        json!({
+            "critical_value": curve.critical_value(at, 0.5),
+            "slope": number(curve.slope(at)),
+            "area": number(curve.area(at)),
+        })
+    };
+    let curve = json!({
+        "factor": factor,
+        "points": points.collect::<serde_json::Result<Vec<_>>>()?,
+        "success": sums(SuccessAt::End),
+        "success_any": sums(SuccessAt::AnyTime),
+    });
+    Ok(curve.to_string())
+}
