@@ -75,42 +75,6 @@ fn a_single_environment_goes_on_in_both() -> Result {
     Ok(())
 }
 
-/// Makes environments in children of a process whose other threads make some all the time.
-#[cfg(feature = "mujoco")]
-#[test]
-fn environments_are_made_in_a_child_whatever_other_threads_make() -> Result {
-    use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
-
-    use fetch_env::{FetchConfig, RewardKind, Task, make, make_vec};
-
-    let config = || FetchConfig::new(Task::Reach, RewardKind::Sparse);
-    let done = AtomicBool::new(false);
-    // Each makes the only environment of its substeps, and so compiles and settles a model.
-    let make_other = |substeps: u32| -> Result<(), String> {
-        while !done.load(SeqCst) {
-            let other = config().with_n_substeps(substeps).map_err(|error| error.to_string())?;
-            make(other).map_err(|error| error.to_string())?;
-        }
-        Ok(())
-    };
-    std::thread::scope(|scope| {
-        let others = [1, 2].map(|substeps| scope.spawn(move || make_other(substeps)));
-        let children = (0..20).try_for_each(|_| {
-            in_child(|| {
-                make(config())?.reset(Some(0))?;
-                let mut envs = make_vec(config(), 4, VecConfig::default().with_num_threads(2))?;
-                envs.reset(Some(0))?;
-                envs.step(&ACTIONS)?;
-                // A child has children, too.
-                in_child(|| Ok(make(config())?.reset(Some(0)).map(drop)?))
-            })
-        });
-        done.store(true, SeqCst);
-        others.into_iter().try_for_each(|other| other.join().expect("no panic"))?;
-        children
-    })
-}
-
 #[cfg(feature = "render")]
 #[test]
 fn pictures_are_an_error_in_the_child_and_no_lock_is_waited_for() -> Result {
