@@ -26,7 +26,7 @@ const CRATES: [(&str, &str); 4] = [
     (
         "fetch-baselines",
         "-p fetch-baselines --no-default-features -f baselines/src/statistics/** \
-         -f baselines/src/evaluate.rs",
+         -f baselines/src/evaluate/**",
     ),
     // Without the code that needs MuJoCo or OpenGL.
     (
