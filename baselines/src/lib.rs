@@ -4,8 +4,9 @@
 //! a [`TrainedPolicy`] is loaded from a file. The module `learn` (feature `learn`) trains them.
 //! [`evaluate`] runs a policy over many seeded episodes, and [`Evaluation::summary`] returns
 //! success rate, mean return, episode length, final distance and the figures of a controller, each
-//! with its 95 % confidence interval. [`collect`] adds episodes to a hindsight replay buffer. The module `page` (feature
-//! `page`) turns episodes into a self-contained HTML page that plays them back.
+//! with its 95 % confidence interval. [`collect`] adds episodes to a hindsight replay buffer. The
+//! module `page` (feature `page`) turns episodes into a self-contained HTML page that plays them
+//! back.
 //!
 //! # Which type do I need?
 //! | to | use |

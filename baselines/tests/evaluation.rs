@@ -131,6 +131,17 @@ fn a_controller_is_measured_by_its_actions_and_the_path_of_the_gripper() -> Resu
 }
 
 #[test]
+fn actions_too_large_to_square_leave_the_other_figures() -> Result {
+    let mut evaluation =
+        evaluate(&mut make_kinematic("FetchReach-v4")?, &mut ZeroPolicy, 2, 0, |_| ())?;
+    let measured = evaluation.summary()?;
+    evaluation.episodes[0].controls.as_mut().ok_or("it is measured")?.energy = f64::INFINITY;
+    assert!(measured.controls.is_some());
+    assert_eq!(evaluation.summary()?, Summary { controls: None, ..measured });
+    Ok(())
+}
+
+#[test]
 fn files_without_controls_are_read() -> Result {
     let old = serde_json::json!({
         "seed": 1, "episode_return": -3.0, "episode_length": 3, "final_distance": 0.25,

@@ -170,8 +170,8 @@ static void change_camera(mjvGLCamera* camera, const fs_looks* looks) {
   for (int i = 0; i < 3; i++) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     left[i] = up[j] * forward[k] - up[k] * forward[j];
-    const double moved = -looks->moved[0] * left[i] + looks->moved[1] * up[i] + looks->moved[2] * forward[i];
-    camera->pos[i] += (float)moved;
+    const double* moved = looks->moved;
+    camera->pos[i] += (float)(-moved[0] * left[i] + moved[1] * up[i] + moved[2] * forward[i]);
   }
   turn(forward, left, looks->turned[0]);
   turn(forward, up, looks->turned[1]);

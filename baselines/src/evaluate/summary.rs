@@ -31,7 +31,7 @@ pub struct Summary {
     /// Mean distance at the end: meters in the Fetch tasks.
     pub final_distance_mean: Estimate,
     /// What the policy did as a controller, among the other figures when serialized; `None` if an
-    /// episode has no [`controls`](Episode::controls).
+    /// episode has no [`controls`](Episode::controls), or if one of their numbers is not finite.
     #[serde(flatten)]
     pub controls: Option<ControlSummary>,
 }
@@ -75,7 +75,7 @@ pub enum EvaluationError {
     /// The environments could not be stepped together.
     #[error(transparent)]
     Vec(#[from] VecEnvError),
-    /// A return, a distance or a figure of the actions is not a finite number.
+    /// A return or a distance is not a finite number.
     #[error("no mean can be taken over the episodes")]
     Statistics(#[from] StatisticsError),
     /// The caller stopped it.
@@ -93,7 +93,7 @@ impl Evaluation {
     ///
     /// # Errors
     /// [`EvaluationError::NoEpisodes`] if there are none, and [`EvaluationError::Statistics`] if a
-    /// return, a distance or a figure of the actions is not finite.
+    /// return or a distance is not finite.
     pub fn summary(&self) -> Result<Summary, EvaluationError> {
         if self.episodes.is_empty() {
             return Err(EvaluationError::NoEpisodes);
@@ -110,10 +110,9 @@ impl Evaluation {
             episode_return_mean: mean(|e| e.episode_return)?,
             episode_length_mean: mean(|e| e.episode_length as f64)?,
             final_distance_mean: mean(|e| e.final_distance)?,
-            controls: match controls.collect::<Option<Vec<_>>>() {
-                Some(controls) => Some(ControlSummary::of(&controls)?),
-                None => None,
-            },
+            controls: controls
+                .collect::<Option<Vec<_>>>()
+                .and_then(|controls| ControlSummary::of(&controls).ok()),
         })
     }
 

@@ -17,13 +17,13 @@ pub enum PolicyError {
     /// [`ScriptedPolicy`](crate::ScriptedPolicy) or a
     /// [`ProportionalPolicy`](crate::ProportionalPolicy) reads, or takes other actions.
     #[error(
-        "the scripted policy of {task} needs at least {} columns of observation, at least {} of \
-         a goal and {} elements of an action, not {actual:?}: choose the script of a task whose \
-         columns the observation begins with",
+        "a controller of {task} needs at least {} columns of observation, at least {} of a goal and \
+         {} elements of an action, not {actual:?}: choose that of a task whose columns the \
+         observation begins with",
         expected[0], expected[1], expected[2]
     )]
     Scripted {
-        /// The task of the script.
+        /// The task of the policy.
         task: Task,
         /// The lengths of observation, goal and action that it needs.
         expected: [usize; 3],

@@ -17,3 +17,4 @@ mod same_bits;
 mod settings;
 mod temperature;
 mod unreadable_states;
+mod watched;

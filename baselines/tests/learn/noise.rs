@@ -3,64 +3,33 @@
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
-use baselines::LayerWeights;
-use baselines::learn::{
-    Algorithm, AlgorithmInit, AlgorithmSettings, Ddpg, Losses, StateMut, TrainError, Trainer,
-    Transitions,
-};
+use baselines::learn::{Trainer, Transitions};
 use baselines::workers::OneProcess;
 
 use crate::runs::{Result, ddpg, make, settings};
+use crate::watched;
 
-/// Keeps what the actor sees of the observations before and after each step, without what the critic
-/// sees of them.
-#[derive(Debug)]
-struct Watching {
-    ddpg: Ddpg,
-    noise: Arc<Mutex<[Vec<f32>; 2]>>,
-}
+/// What the actor sees of the observations before and after each step, without what the critic sees of
+/// them.
+type Noise = [Vec<f32>; 2];
 
-impl Algorithm for Watching {
-    fn name(&self) -> &str {
-        "watching"
-    }
-    fn gamma(&self) -> f64 {
-        self.ddpg.gamma()
-    }
-    fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
-        let mut kept = self.noise.lock().expect("no thread panics");
-        let pairs = [(batch.actor_input, batch.input), (batch.next_actor_input, batch.next_input)];
-        for (kept, (noisy, exact)) in kept.iter_mut().zip(pairs) {
-            kept.extend(noisy.iter().zip(exact).map(|(noisy, exact)| noisy - exact));
-        }
-        drop(kept);
-        self.ddpg.update(batch, average)
-    }
-    fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
-        self.ddpg.explore(inputs, noise, actions);
-    }
-    fn greedy_layers(&self) -> Vec<LayerWeights> {
-        self.ddpg.greedy_layers()
-    }
-    fn state_mut(&mut self) -> StateMut<'_> {
-        self.ddpg.state_mut()
+fn keep(kept: &mut Noise, batch: Transitions<'_>) {
+    let pairs = [(batch.actor_input, batch.input), (batch.next_actor_input, batch.next_input)];
+    for (kept, (noisy, exact)) in kept.iter_mut().zip(pairs) {
+        kept.extend(noisy.iter().zip(exact).map(|(noisy, exact)| noisy - exact));
     }
 }
 
 /// Returns the noise of the rows of 50 updates before and after the step, in the units of the
 /// observation and then of the goal.
 fn noise(std: f64) -> Result<[Vec<f64>; 2]> {
-    let kept = Arc::<Mutex<[Vec<f32>; 2]>>::default();
-    let build = |settings: &AlgorithmSettings, init: AlgorithmInit| {
-        let AlgorithmSettings::Ddpg(settings) = settings else { unreachable!("they are of DDPG") };
-        let ddpg = Ddpg::new(settings.clone(), init)?;
-        Ok::<Box<dyn Algorithm>, TrainError>(Box::new(Watching { ddpg, noise: Arc::clone(&kept) }))
-    };
+    let kept = Arc::<Mutex<Noise>>::default();
     let mut settings = settings(ddpg());
     settings.inputs.actor_observation_noise = std;
     settings.inputs.left_out = vec![1];
     // Nothing is clipped.
     settings.inputs.clip = 1_000.0;
+    let build = watched::build(&kept, keep);
     let mut trainer = Trainer::with_algorithm(make, settings, 0, 1, Box::new(OneProcess), build)?;
     trainer.run(400, None, |_, _| ControlFlow::Continue(()))?;
     kept.lock().expect("no thread panics").iter_mut().for_each(Vec::clear);

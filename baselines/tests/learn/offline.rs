@@ -6,16 +6,16 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use baselines::learn::{
-    Algorithm, AlgorithmSettings, Ddpg, DdpgSettings, Losses, Resumed, StateMut, TrainError,
-    TrainSettings, Trainer, Transitions,
+    AlgorithmSettings, DdpgSettings, Resumed, TrainError, TrainSettings, Trainer, Transitions,
 };
 use baselines::workers::{OneProcess, Workers};
-use baselines::{LayerWeights, ScriptedPolicy, collect};
+use baselines::{ScriptedPolicy, collect};
 use fetch_env::Task;
 use tempfile::tempdir;
 
 use crate::ranks::on_ranks;
 use crate::runs::{Kinematic, Result, ddpg, make, outcome, settings};
+use crate::watched;
 
 /// The seed of the first demonstration.
 const FIRST_SEED: u64 = 1 << 45;
@@ -167,65 +167,29 @@ fn a_resumed_run_learns_from_demonstrations_with_the_same_bits() -> Result {
     Ok(())
 }
 
-/// Counts the transitions of its batches, and those that are demonstrated.
-#[derive(Debug)]
-struct Counting {
-    ddpg: Ddpg,
-    counts: Arc<Mutex<[usize; 2]>>,
-}
-
-impl Algorithm for Counting {
-    fn name(&self) -> &str {
-        "counting"
-    }
-    fn gamma(&self) -> f64 {
-        self.ddpg.gamma()
-    }
-    fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
-        assert_eq!(batch.demonstrated.len(), batch.len);
-        let mut counts = self.counts.lock().expect("no thread panics");
-        counts[0] += batch.len;
-        counts[1] += batch.demonstrated.iter().filter(|is_demonstrated| **is_demonstrated).count();
-        drop(counts);
-        self.ddpg.update(batch, average)
-    }
-    fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]) {
-        self.ddpg.explore(inputs, noise, actions);
-    }
-    fn greedy_layers(&self) -> Vec<LayerWeights> {
-        self.ddpg.greedy_layers()
-    }
-    fn state_mut(&mut self) -> StateMut<'_> {
-        self.ddpg.state_mut()
-    }
-}
-
 /// Counters of a run, and what makes its trainers.
 #[derive(Default)]
 struct Counted(Arc<Mutex<[usize; 2]>>);
 
 impl Counted {
-    fn build(
-        &self,
-        settings: &AlgorithmSettings,
-        init: baselines::learn::AlgorithmInit,
-    ) -> Result<Box<dyn Algorithm>, TrainError> {
-        let AlgorithmSettings::Ddpg(settings) = settings else { unreachable!("they are of DDPG") };
-        let ddpg = Ddpg::new(settings.clone(), init)?;
-        Ok(Box::new(Counting { ddpg, counts: Arc::clone(&self.0) }))
+    /// Counts the transitions of a batch, and those that are demonstrated.
+    fn count(counts: &mut [usize; 2], batch: Transitions<'_>) {
+        assert_eq!(batch.demonstrated.len(), batch.len);
+        counts[0] += batch.len;
+        counts[1] += batch.demonstrated.iter().filter(|is_demonstrated| **is_demonstrated).count();
     }
 
     fn start(&self, workers: Box<dyn Workers>) -> Result<Trainer<Kinematic>, TrainError> {
-        let build = |settings: &_, init| self.build(settings, init);
         let mut settings = imitating();
         // All transitions are equally likely.
         settings.replay.keep_already_achieved = 1.0;
         settings.replay.keep_motionless = 1.0;
+        let build = watched::build(&self.0, Self::count);
         Trainer::with_algorithm(make, settings, 0, 1, workers, build)
     }
 
     fn resume(&self, folder: &Path, workers: Box<dyn Workers>) -> Result<Trainer<Kinematic>> {
-        let build = |settings: &_, init| self.build(settings, init);
+        let build = watched::build(&self.0, Self::count);
         let resumed = Trainer::resume_with_algorithm(make, folder, 1, workers, build)?;
         assert_ne!(resumed.1, Resumed::Exactly);
         Ok(resumed.0)

@@ -22,6 +22,17 @@ struct Episodes {
 }
 
 impl Episodes {
+    fn new(
+        py: Python<'_>,
+        policy: &Policy,
+        count: Integer<usize>,
+        seed: Integer<u64>,
+        num_threads: Integer<usize>,
+    ) -> Result<Self> {
+        let threads = VecConfig::default().with_num_threads(num_threads.0);
+        Ok(Self { policy: policy.copy(py)?, count: count.0, seed: seed.0, threads })
+    }
+
     fn run(&mut self, config: FetchConfig, signals: &mut Signals) -> Result<Summary> {
         let Self { policy, count, seed, threads } = self;
         let mut envs = make_vec(config, (*count).clamp(1, 16), *threads)?;
@@ -40,9 +51,7 @@ pub(crate) fn evaluate(
     seed: Integer<u64>,
     num_threads: Integer<usize>,
 ) -> Result<String> {
-    let threads = VecConfig::default().with_num_threads(num_threads.0);
-    let policy = policy.copy(py)?;
-    let mut episodes = Episodes { policy, count: episodes.0, seed: seed.0, threads };
+    let mut episodes = Episodes::new(py, policy, episodes, seed, num_threads)?;
     let mut signals = Signals::new();
     let summary = simulate(py, || episodes.run(config.config.clone(), &mut signals));
     signals.finish()?;
@@ -62,9 +71,7 @@ pub(crate) fn robustness(
     seed: Integer<u64>,
     num_threads: Integer<usize>,
 ) -> Result<String> {
-    let threads = VecConfig::default().with_num_threads(num_threads.0);
-    let policy = policy.copy(py)?;
-    let mut episodes = Episodes { policy, count: episodes.0, seed: seed.0, threads };
+    let mut episodes = Episodes::new(py, policy, episodes, seed, num_threads)?;
     // A wrong value is refused before any episode.
     let configs = values.iter().map(|&value| {
         let variation = config.config.variation().clone().with(factor, value);

@@ -56,7 +56,8 @@ pub trait GoalObservation:
     /// Returns the goal that the state achieves.
     fn achieved_goal(&self) -> &[f64];
 
-    /// Returns the goal to achieve; constant throughout an episode.
+    /// Returns the goal to achieve; constant throughout an episode, unless a
+    /// [`MovingGoal`](crate::MovingGoal) was set.
     fn desired_goal(&self) -> &[f64];
 
     /// Returns the position of what the actions move, in meters, from the elements of an

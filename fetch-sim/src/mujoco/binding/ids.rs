@@ -192,14 +192,14 @@ impl Model {
         })
     }
 
-    /// Returns the number that the model stores for an object, in an array with one number for each
-    /// object of its kind.
     /// Returns the ids of the geoms or sites that are fixed to a body, as an array of their bodies says.
     pub(crate) fn fixed_to(&self, bodies: ModelArray, body: BodyId) -> Vec<usize> {
         let bodies = self.array(bodies).iter().enumerate();
         bodies.filter(|&(_, &of)| of as usize == body.0).map(|(id, _)| id).collect()
     }
 
+    /// Returns the number that the model stores for an object, in an array with one number for each
+    /// object of its kind.
     fn property(&self, array: ModelArray, kind: ObjectKind, id: usize) -> Result<c_int, SimError> {
         let numbers = self.array(array);
         let unknown = || SimError::UnknownId { kind: kind.name(), id, count: numbers.len() };

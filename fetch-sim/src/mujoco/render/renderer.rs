@@ -223,8 +223,9 @@ impl Renderer {
     }
 
     /// Copies the poses of a simulation, the size of its object and the positions of its goals
-    /// (meters) for the next pictures. Goal `i` is shown by the site `target{i}` if the model has it, and otherwise by a
-    /// sphere like that of `target0`. A site without a goal stays where the model has it.
+    /// (meters) for the next pictures. Goal `i` is shown by the site `target{i}` if the model has it,
+    /// and otherwise by a sphere like that of `target0`. A site without a goal stays where the model
+    /// has it.
     ///
     /// The scene has room for 1,000 spheres and sites of the model; drawing more is
     /// [`RenderError::Failed`].
