@@ -1,6 +1,8 @@
 //! What happens in a child that is forked from a process with environments.
 #![cfg(unix)]
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use fetch_env::vec_env::{VecConfig, VecEnv, VecEnvError};
 use fetch_env::{Env, KinematicEnv, make_kinematic};
 use testing::Result;
@@ -12,10 +14,18 @@ fn envs(count: usize) -> Result<VecEnv<KinematicEnv>> {
     Ok(VecEnv::new(envs.collect::<Result<Vec<_>, _>>()?, config)?)
 }
 
+/// Keeps the tests of this process apart: Rust locks a list while it starts a thread, and a child that
+/// is forked meanwhile cannot start any.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 const ACTIONS: [f32; 16] = [0.3; 16];
 
 #[test]
 fn a_vector_from_before_the_fork_says_so_and_a_new_one_works() -> Result {
+    let _alone = alone();
     let mut before = envs(4)?;
     before.reset(Some(0))?;
     let observation = before.step(&ACTIONS)?.observation().to_vec();
@@ -40,6 +50,7 @@ fn a_vector_from_before_the_fork_says_so_and_a_new_one_works() -> Result {
 
 #[test]
 fn a_vector_is_dropped_in_the_child_and_goes_on_in_the_parent() -> Result {
+    let _alone = alone();
     let (mut forked, mut plain) = (Some(envs(4)?), envs(4)?);
     for envs in forked.iter_mut().chain([&mut plain]) {
         envs.reset(Some(0))?;
@@ -64,6 +75,7 @@ fn a_vector_is_dropped_in_the_child_and_goes_on_in_the_parent() -> Result {
 
 #[test]
 fn a_single_environment_goes_on_in_both() -> Result {
+    let _alone = alone();
     let (mut env, mut plain) = (make_kinematic("FetchPush-v4")?, make_kinematic("FetchPush-v4")?);
     assert_eq!(env.reset(Some(0))?, plain.reset(Some(0))?);
     let expected = plain.step(&ACTIONS[..4])?;
@@ -78,6 +90,7 @@ fn a_single_environment_goes_on_in_both() -> Result {
 #[cfg(feature = "render")]
 #[test]
 fn pictures_are_an_error_in_the_child_and_no_lock_is_waited_for() -> Result {
+    let _alone = alone();
     use fetch_env::{AddRenderObservation, EnvError, EnvExt, PixelOptions, RenderError, make};
 
     let new = || make("FetchReach-v4")?.wrap(AddRenderObservation::new(PixelOptions::default()));
