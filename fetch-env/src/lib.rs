@@ -128,6 +128,7 @@ pub use fetch::{
     observation::FetchObservation,
     reset::FetchResetOptions,
     snapshot::FetchSnapshot,
+    start::StartError,
     task::FetchTask,
 };
 pub use gym::{

@@ -1,10 +1,10 @@
 //! The kinematic simulator.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    bounds::{check_object_position, first_outside},
+    bounds::{check_inside, check_object_position, first_outside},
     config::SimConfig,
     error::SimError,
     physics::{Physics, PhysicsFactor},
@@ -217,6 +217,23 @@ impl Simulator for KinematicSimulator {
             object.position.y = y;
         }
         *self = settled;
+        Ok(())
+    }
+
+    /// The object does not turn.
+    fn place_task_object(
+        &mut self,
+        position: Vector3<f64>,
+        orientation: UnitQuaternion<f64>,
+    ) -> Result<(), SimError> {
+        let no_object = SimError::NoObject { task: self.task() };
+        let object = self.object.as_mut().ok_or(no_object)?;
+        check_inside("the pose of a body", position.iter().chain(&orientation.coords))?;
+        if orientation != UnitQuaternion::identity() {
+            let reason = "the kinematic simulator's object does not turn";
+            return Err(SimError::CannotVary { factor: "object_rotation", reason });
+        }
+        *object = Object { position, velocity: Vector3::zeros(), motion: Vector3::zeros() };
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! The simulator trait, and the states and commands that it exchanges with an environment.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
@@ -90,6 +90,19 @@ pub trait Simulator {
     fn physics(&self) -> Physics {
         Physics::default()
     }
+
+    /// Places the task's object at rest. `position` (meters) and `orientation` are those of its
+    /// body's frame in the world frame.
+    ///
+    /// # Errors
+    /// [`SimError::NoObject`] if the scene has no object, [`SimError::OutOfRange`] if a number is
+    /// NaN or exceeds [`LARGEST_NUMBER`](crate::LARGEST_NUMBER), [`SimError::CannotVary`] if the
+    /// simulator's object does not turn; the simulation is then unchanged.
+    fn place_task_object(
+        &mut self,
+        position: Vector3<f64>,
+        orientation: UnitQuaternion<f64>,
+    ) -> Result<(), SimError>;
 
     /// Simulates one control step.
     ///

@@ -123,7 +123,8 @@ impl RunDescription {
         let path = folder.join(RUN);
         let text = read_text(&path, LIMIT)
             .map_err(|source| FolderError::NotARun { folder: folder.to_owned(), source })?;
-        serde_json::from_str(&text).map_err(|source| FolderError::Damaged { path, source })
+        serde_json::from_slice(text.as_bytes())
+            .map_err(|source| FolderError::Damaged { path, source })
     }
 
     /// Returns the settings of the environment.

@@ -52,7 +52,7 @@ impl Grid {
             let nearest = nearest(FIELDS.into_iter(), key);
             return Err(GridError::UnknownKey { key: key.clone(), nearest });
         }
-        let grid: Self = serde_json::from_str(text)?;
+        let grid: Self = serde_json::from_slice(text.as_bytes())?;
         let lists = grid.axes.0.iter().map(|(key, values)| (key.as_str(), values.len()));
         let mut num_runs = 1_usize;
         for (key, len) in lists.chain([("seeds", grid.seeds.len())]) {

@@ -28,8 +28,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
     let tensors = SafeTensors::deserialize(bytes).map_err(format)?;
     let text = metadata.metadata().as_ref().and_then(|entries| entries.get(KEY));
     let text = text.ok_or_else(|| Error::Header { reason: "it is missing".to_owned() })?;
-    let header: PolicyHeader =
-        serde_json::from_str(text).map_err(|error| Error::Header { reason: error.to_string() })?;
+    let header: PolicyHeader = serde_json::from_slice(text.as_bytes())
+        .map_err(|error| Error::Header { reason: error.to_string() })?;
     let num_layers = tensors.len() / 2;
     let layers = (0..num_layers).map(|number| {
         let (weight, bias) = (name(number, "weight"), name(number, "bias"));

@@ -102,6 +102,38 @@ impl<'py> Numbers<'py> {
     }
 }
 
+/// Numbers of an option, for all environments or for each.
+pub(crate) struct PerEnv {
+    numbers: Vec<f64>,
+    /// The number of elements that each environment has.
+    len: usize,
+}
+
+impl PerEnv {
+    /// Reads numbers of the shape `of_one`, or, for several environments, with a row for each.
+    pub(crate) fn read(
+        name: &str,
+        numbers: &Bound<'_, PyAny>,
+        of_one: &[usize],
+        num_envs: Option<usize>,
+    ) -> Result<Self> {
+        let taken = Numbers::take(name, numbers)?;
+        let of_each = num_envs.map(|num_envs| [&[num_envs], of_one].concat());
+        if taken.shape() != of_one && of_each.as_deref() != Some(taken.shape()) {
+            let actual = Shape(taken.shape());
+            let one = if of_one.is_empty() { "a number".into() } else { Shape(of_one).to_string() };
+            let each = of_each.map(|shape| format!(", or {}", Shape(&shape))).unwrap_or_default();
+            return Err(Error::value(format!("{name} has the shape {actual}: pass {one}{each}")));
+        }
+        Ok(Self { numbers: taken.to_double(), len: of_one.iter().product() })
+    }
+
+    /// Returns the numbers of an environment.
+    pub(crate) fn of(&self, env_index: usize) -> &[f64] {
+        &self.numbers[env_index * self.len % self.numbers.len()..][..self.len]
+    }
+}
+
 /// A shape as Python writes it.
 pub(crate) struct Shape<'a>(pub(crate) &'a [usize]);
 

@@ -61,10 +61,10 @@ impl Env {
         seed: Option<&Bound<'py, PyAny>>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> Result<Bound<'py, PyDict>> {
-        let (seed, options) = (self::seed(seed)?, reset_options(options, None)?);
+        let (seed, options) = (self::seed(seed)?, reset_options(options)?);
         let mut parts = self.0.lock(py)?;
         let env = parts.env()?;
-        let reset = simulate(py, || env.reset_with(seed, &options[0]))?;
+        let reset = simulate(py, || env.reset_with(seed, &options))?;
         Ok(arrays::observation(py, &reset.observation)?)
     }
 

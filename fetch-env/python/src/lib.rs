@@ -5,6 +5,7 @@ mod arrays;
 mod config;
 mod datasets;
 mod env;
+mod episode_options;
 mod error;
 mod evaluate;
 mod exclusive;

@@ -1,44 +1,111 @@
 //! The seed and the options of a reset.
 
 use fetch_env::FetchResetOptions;
-use pyo3::{prelude::*, types::PyDict};
+use pyo3::{
+    prelude::*,
+    types::{PyDict, PyList},
+};
 
-use crate::arrays::Numbers;
+use crate::arrays::PerEnv;
 use crate::config::GOAL_LEN;
 use crate::error::{Error, Result};
 use crate::variation;
 
-/// Reads the options of a reset, for one environment or for each of several.
-pub(crate) fn reset_options(
+const OPTIONS: &str = "\"desired_goal\", \"gripper_position\", \"object_height\", \
+                       \"object_in_gripper\", \"object_position\", \"object_rotation\" and \
+                       \"variation\"";
+
+/// Reads the options of a reset of one environment.
+pub(crate) fn reset_options(options: Option<&Bound<'_, PyDict>>) -> Result<FetchResetOptions> {
+    read(options, None).map(|mut of_each| of_each.remove(0))
+}
+
+/// Reads the options of a reset of each environment: a dictionary with numbers for all or for each,
+/// or a list of a dictionary or None for each.
+pub(crate) fn options_of_each(
+    options: Option<&Bound<'_, PyAny>>,
+    num_envs: usize,
+) -> Result<Vec<FetchResetOptions>> {
+    let Some(options) = options.filter(|options| !options.is_none()) else {
+        return read(None, Some(num_envs));
+    };
+    let Ok(of_each) = options.cast::<PyList>() else {
+        let one = options.cast::<PyDict>().map_err(|_| {
+            Error::value(format!(
+                "options is {}: pass a dictionary, or a list of one for each environment",
+                Error::shown(options)
+            ))
+        })?;
+        return read(Some(one), Some(num_envs));
+    };
+    if of_each.len() != num_envs {
+        let len = of_each.len();
+        return Err(Error::value(format!(
+            "there are options of {len} environments: pass {num_envs}"
+        )));
+    }
+    of_each.iter().map(|options| options_of_one(&options)).collect()
+}
+
+/// Reads a dictionary of options, or None.
+pub(crate) fn options_of_one(options: &Bound<'_, PyAny>) -> Result<FetchResetOptions> {
+    if options.is_none() {
+        return Ok(FetchResetOptions::default());
+    }
+    let one = options.cast::<PyDict>().map_err(|_| {
+        let shown = Error::shown(options);
+        Error::value(format!(
+            "the options of an environment are {shown}: pass a dictionary or None"
+        ))
+    })?;
+    reset_options(Some(one))
+}
+
+fn read(
     options: Option<&Bound<'_, PyDict>>,
     num_envs: Option<usize>,
 ) -> Result<Vec<FetchResetOptions>> {
-    let mut read = FetchResetOptions::default();
-    let mut factors = Vec::new();
+    let mut all = vec![FetchResetOptions::default(); num_envs.unwrap_or(1)];
     for (key, value) in options.into_iter().flatten() {
         let key: String = key.extract()?;
-        let numbers = |len| Ok::<_, Error>(Numbers::of_shape(&key, &value, &[len])?.to_double());
+        let mut set =
+            |shape: &[usize], set: &dyn Fn(FetchResetOptions, &[f64]) -> FetchResetOptions| {
+                let numbers = PerEnv::read(&key, &value, shape, num_envs)?;
+                for (env_index, options) in all.iter_mut().enumerate() {
+                    *options = set(std::mem::take(options), numbers.of(env_index));
+                }
+                Ok::<_, Error>(())
+            };
         match key.as_str() {
-            "desired_goal" => read = read.with_desired_goal(numbers(GOAL_LEN)?),
+            "desired_goal" => set(&[GOAL_LEN], &|options, goal| options.with_desired_goal(goal))?,
             "object_position" => {
-                let numbers = numbers(2)?;
-                read = read.with_object_position([numbers[0], numbers[1]]);
+                set(&[2], &|options, place| options.with_object_position([place[0], place[1]]))?;
             }
-            "variation" => factors = variation::fixed(&value, num_envs)?,
+            "object_height" => set(&[], &|options, height| options.with_object_height(height[0]))?,
+            "object_rotation" => {
+                set(&[4], &|options, q| options.with_object_rotation([q[0], q[1], q[2], q[3]]))?
+            }
+            "gripper_position" => set(&[3], &|options, place| {
+                options.with_gripper_position([place[0], place[1], place[2]])
+            })?,
+            "object_in_gripper" => {
+                set(&[], &|options, held| options.with_object_in_gripper(held[0] != 0.0))?
+            }
+            "variation" => {
+                for (factor, numbers) in variation::fixed(&value, num_envs)? {
+                    for (options, number) in all.iter_mut().zip(numbers) {
+                        *options = std::mem::take(options).with_factor(factor.clone(), number);
+                    }
+                }
+            }
             _ => {
-                return Err(Error::value(format!(
-                    "there is no reset option {key:?}: the options are \"desired_goal\", \
-                     \"object_position\" and \"variation\""
-                )));
+                let message =
+                    format!("there is no reset option {key:?}: the options are {OPTIONS}");
+                return Err(Error::value(message));
             }
         }
     }
-    let of_env = |env: usize| {
-        factors.iter().fold(read.clone(), |read, (factor, values)| {
-            read.with_factor(factor.clone(), values[env])
-        })
-    };
-    Ok((0..num_envs.unwrap_or(1)).map(of_env).collect())
+    Ok(all)
 }
 
 /// Reads the seed of a reset.

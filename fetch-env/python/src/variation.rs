@@ -6,7 +6,7 @@ use pyo3::{
     types::{PyDict, PyList, PyTuple},
 };
 
-use crate::arrays::Numbers;
+use crate::arrays::{Numbers, PerEnv};
 use crate::error::{Error, Result};
 
 /// Reads how numbers are drawn: by name, a number, a range `(low, high)`, or a dictionary of one
@@ -93,20 +93,10 @@ pub(crate) fn fixed(
     for (name, value) in numbers.iter() {
         let name = factor_name(&name)?;
         let factors = factors(&name);
-        let value = Numbers::take(&name, &value)?;
-        let (one, of_one): (_, &[usize]) = match factors.len() {
-            1 => ("one number", &[]),
-            _ => ("one color (red, green, blue)", &[3]),
-        };
-        let is_for_each =
-            num_envs.is_some_and(|num_envs| value.shape() == [&[num_envs], of_one].concat());
-        if value.shape() != of_one && !is_for_each {
-            let each = num_envs.map(|num_envs| format!(", or {num_envs}")).unwrap_or_default();
-            return Err(Error::value(format!("{name}: pass {one}{each}")));
-        }
-        let (value, len) = (value.to_double(), factors.len());
+        let of_one: &[usize] = if factors.len() == 1 { &[] } else { &[3] };
+        let numbers = PerEnv::read(&name, &value, of_one, num_envs)?;
         read.extend(factors.into_iter().enumerate().map(|(part, factor)| {
-            let of_env = |env: usize| value[(env * len + part) % value.len()];
+            let of_env = |env_index: usize| numbers.of(env_index)[part];
             (factor, (0..num_envs.unwrap_or(1)).map(of_env).collect())
         }));
     }

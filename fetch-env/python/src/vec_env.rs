@@ -1,7 +1,8 @@
 //! Many environments, stepped together.
 
 use fetch_env::{
-    ActionSpace, BoxSpace, EnvError, FetchObservation, Info, MovingGoal, MujocoEnv, make_vec_while,
+    ActionSpace, BoxSpace, EnvError, FetchObservation, FetchResetOptions, Info, MovingGoal,
+    MujocoEnv, make_vec_while,
     vec_env::{self, AutoresetMode, VecConfig, VecReset, VecStep},
 };
 use numpy::{PyArray1, PyArray3, ToPyArray, ndarray::ArrayView2};
@@ -13,11 +14,12 @@ use pyo3::{
 
 use crate::arrays::{self, Numbers, Settled};
 use crate::config::{Config, GOAL_LEN};
+use crate::episode_options::EpisodeOptions;
 use crate::error::{Error, Result};
 use crate::exclusive::{Exclusive, Guard};
 use crate::integer::Integer;
 use crate::pictures::Pictures;
-use crate::reset::{reset_options, seed};
+use crate::reset::{options_of_each, seed};
 use crate::signals::Signals;
 use crate::variation::varied;
 use crate::warnings::simulate;
@@ -43,6 +45,8 @@ pub(crate) struct VecEnv {
 pub(crate) struct Parts {
     /// `None` when they are closed.
     envs: Option<Envs>,
+    /// Chooses the options of episodes that begin without any.
+    episode_options: Option<EpisodeOptions>,
     pictures: Pictures,
 }
 
@@ -54,6 +58,7 @@ impl VecEnv {
     }
 
     #[new]
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
         py: Python<'_>,
         config: &Config,
@@ -62,6 +67,7 @@ impl VecEnv {
         autoreset: &str,
         width: Integer<u32>,
         height: Integer<u32>,
+        episode_options: Option<Py<PyAny>>,
     ) -> Result<Self> {
         let pictures = Pictures::new(width.0, height.0)?;
         let autoreset = match autoreset {
@@ -77,8 +83,14 @@ impl VecEnv {
         let envs =
             simulate(py, || make_vec_while(config, num_envs.0, vec_config, || signals.go_on()));
         signals.finish()?;
-        let envs = envs?;
-        Ok(Self { parts: Exclusive::new(Parts { envs: Some(envs), pictures }), transitions })
+        let mut envs = envs?;
+        let episode_options =
+            episode_options.map(|function| EpisodeOptions::new(function, envs.num_envs()));
+        if let Some(options) = episode_options.clone() {
+            envs.set_autoreset_start(move |env_index, _| (None, options.choose(env_index)))?;
+        }
+        let parts = Parts { envs: Some(envs), episode_options, pictures };
+        Ok(Self { parts: Exclusive::new(parts), transitions })
     }
 
     #[getter]
@@ -93,15 +105,27 @@ impl VecEnv {
         py: Python<'py>,
         seeds: Option<Vec<Option<Bound<'py, PyAny>>>>,
         mask: Option<Vec<bool>>,
-        options: Option<&Bound<'py, PyDict>>,
+        options: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyDict>> {
         let read = |seeds: Vec<Option<Bound<'py, PyAny>>>| {
             seeds.iter().map(|each| seed(each.as_ref())).collect::<Result<Vec<_>>>()
         };
         let seeds = seeds.map(read).transpose()?;
         let mut parts = self.lock(py)?;
+        let chosen = parts.episode_options.clone().filter(|_| options.is_none());
         let envs = parts.envs()?;
-        let options = reset_options(options, Some(envs.num_envs()))?;
+        let options = match chosen {
+            None => options_of_each(options, envs.num_envs())?,
+            Some(chosen) => {
+                let is_reset =
+                    |env_index| mask.as_ref().is_none_or(|mask| mask.get(env_index) == Some(&true));
+                let next = |env_index| match is_reset(env_index) {
+                    true => chosen.next(py, env_index),
+                    false => Ok(FetchResetOptions::default()),
+                };
+                (0..envs.num_envs()).map(next).collect::<Result<_>>()?
+            }
+        };
         simulate(py, || {
             let (seeds, mask) = (seeds.as_deref(), mask.as_deref());
             check(envs.reset_with(&VecReset { seeds, mask, options: Some(&options) })?)
@@ -116,7 +140,8 @@ impl VecEnv {
         let envs = parts.envs()?;
         let actions = read_actions(envs, &actions)?;
         simulate(py, || check(envs.step(&actions)?))?;
-        Ok(results(py, envs.last_step())?)
+        parts.check_options()?;
+        Ok(results(py, parts.last_step()?)?)
     }
 
     /// Starts a step.
@@ -141,7 +166,8 @@ impl VecEnv {
             return Err(Error::runtime("no step is under way: call step_async() first"));
         }
         simulate(py, || check(envs.recv_all()?))?;
-        Ok(results(py, envs.last_step())?)
+        parts.check_options()?;
+        Ok(results(py, parts.last_step()?)?)
     }
 
     /// The numbers of an environment's episode that differ from the model's, by name.
@@ -271,6 +297,11 @@ impl Parts {
     /// Returns the results of the last call.
     pub(crate) fn last_step(&mut self) -> Result<&Steps> {
         Ok(self.envs()?.last_step())
+    }
+
+    /// Raises what the function that chooses options has raised on another thread.
+    fn check_options(&self) -> Result<()> {
+        self.episode_options.as_ref().map_or(Ok(()), EpisodeOptions::check)
     }
 
     fn envs(&mut self) -> Result<&mut Envs> {

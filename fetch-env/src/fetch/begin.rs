@@ -7,6 +7,7 @@ use rand_core::Rng;
 use super::env::FetchEnv;
 use super::observation::{Goal, check_goal};
 use super::reset::{FetchResetOptions, draw_object_position};
+use super::start;
 use super::task::FetchTask;
 use super::variation::{Varied, check_factor};
 use crate::gym::{error::EnvError, np_random::NpRandom};
@@ -38,6 +39,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         let drawn = self.config.object_range().map(draw);
         let object_position = options.object_position().or(drawn);
         self.simulator.reset_varied(object_position, &self.varied.physics)?;
+        start::arrange(&mut self.simulator, options)?;
         let mut goal = Goal::from_elem(0.0, self.lengths.goal);
         self.task.begin_episode(&self.config, &mut self.simulator, random, &mut goal)?;
         if !own.is_empty() {

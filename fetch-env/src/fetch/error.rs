@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use fetch_sim::{SimError, Task};
 use goal_reward::ThresholdError;
 
+use super::start::StartError;
 use super::variation::error::VariationError;
 use crate::gym::{error::EnvError, spaces::error::SpaceError, vec_env::error::VecEnvError};
 
@@ -114,6 +115,12 @@ impl From<MakeError> for EnvError {
 
 impl From<VariationError> for EnvError {
     fn from(error: VariationError) -> Self {
+        Self::other(error)
+    }
+}
+
+impl From<StartError> for EnvError {
+    fn from(error: StartError) -> Self {
         Self::other(error)
     }
 }

@@ -16,6 +16,7 @@ pub(crate) mod make;
 pub(crate) mod observation;
 pub(crate) mod reset;
 pub(crate) mod snapshot;
+pub(crate) mod start;
 mod symmetry;
 pub(crate) mod task;
 pub(crate) mod variation;

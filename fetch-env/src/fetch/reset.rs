@@ -21,6 +21,10 @@ use crate::gym::{error::EnvError, np_random::NpRandom};
 pub struct FetchResetOptions {
     desired_goal: Option<Goal>,
     object_position: Option<[f64; 2]>,
+    object_height: Option<f64>,
+    object_rotation: Option<[f64; 4]>,
+    gripper_position: Option<[f64; 3]>,
+    object_in_gripper: bool,
     variation: BTreeMap<Factor, f64>,
 }
 
@@ -45,6 +49,36 @@ impl FetchResetOptions {
         self
     }
 
+    /// Sets the height of the object's center above the floor at its start, in meters. By default it
+    /// lies on the table.
+    pub const fn with_object_height(mut self, meters: f64) -> Self {
+        self.object_height = Some(meters);
+        self
+    }
+
+    /// Sets how the object is turned at its start: a quaternion `[w, x, y, z]` of any length but 0,
+    /// relative to its default. `[(a / 2).cos(), 0, 0, (a / 2).sin()]` turns it by the angle `a`, in
+    /// radians, about the vertical.
+    pub const fn with_object_rotation(mut self, quaternion: [f64; 4]) -> Self {
+        self.object_rotation = Some(quaternion);
+        self
+    }
+
+    /// Sets where the gripper starts: x, y and z in meters in the world frame. The arm moves there
+    /// before the episode begins, with the object out of its way, which takes about as long as ten
+    /// steps. By default it starts where the scene has settled.
+    pub const fn with_gripper_position(mut self, meters: [f64; 3]) -> Self {
+        self.gripper_position = Some(meters);
+        self
+    }
+
+    /// Lets the gripper hold the object at the start. The gripper must not be blocked, as it is in
+    /// Push and Slide.
+    pub const fn with_object_in_gripper(mut self, held: bool) -> Self {
+        self.object_in_gripper = held;
+        self
+    }
+
     /// Sets a factor, such as `"object_mass"`, for the episode, whether or not the environment's
     /// [variation](crate::FetchConfig::with_variation) draws it.
     pub fn with_factor(mut self, factor: impl Into<Factor>, value: f64) -> Self {
@@ -60,11 +94,38 @@ impl FetchResetOptions {
     settings! {
         /// Returns the object's start: x and y in meters in the world frame; `None` if it is drawn.
         object_position: Option<[f64; 2]>;
+        /// Returns the height of the object's center at its start, in meters; `None` if it lies on the
+        /// table.
+        object_height: Option<f64>;
+        /// Returns how the object is turned at its start: a quaternion `[w, x, y, z]`.
+        object_rotation: Option<[f64; 4]>;
+        /// Returns where the gripper starts, in meters in the world frame; `None` if it starts where
+        /// the scene has settled.
+        gripper_position: Option<[f64; 3]>;
+        /// Whether the gripper holds the object at the start.
+        object_in_gripper: bool;
     }
 
     pub(super) fn check(&self, task: Task, goal_len: usize) -> Result<(), EnvError> {
-        if self.object_position.is_some() && !task.has_object() {
+        let lies = self.object_position.is_some()
+            || self.object_height.is_some()
+            || self.object_rotation.is_some();
+        if (lies || self.object_in_gripper) && !task.has_object() {
             return Err(SimError::NoObject { task }.into());
+        }
+        let unfit = |option, reason| Err(EnvError::OptionUnfit { option, reason });
+        if self.object_in_gripper && task.block_gripper() {
+            let reason = "needs fingers that open, and this task keeps them closed: leave it out";
+            return unfit("object_in_gripper", reason);
+        }
+        if self.object_in_gripper && lies {
+            let reason = "says where the object is: leave the object's position, height and \
+                          rotation out";
+            return unfit("object_in_gripper", reason);
+        }
+        if self.object_rotation.is_some_and(|quaternion| quaternion == [0.0; 4]) {
+            let reason = "has the length 0: pass a quaternion [w, x, y, z], such as [1, 0, 0, 0]";
+            return unfit("object_rotation", reason);
         }
         let desired_goal = self.desired_goal().unwrap_or_default();
         if self.desired_goal.is_some() && desired_goal.len() != goal_len {
@@ -81,6 +142,9 @@ impl FetchResetOptions {
         for (option, numbers) in [
             ("desired_goal", desired_goal),
             ("object_position", self.object_position.as_slice().as_flattened()),
+            ("object_height", self.object_height.as_slice()),
+            ("object_rotation", self.object_rotation.as_slice().as_flattened()),
+            ("gripper_position", self.gripper_position.as_slice().as_flattened()),
         ] {
             if let Some((index, value)) = first_too_far(numbers) {
                 return Err(EnvError::OptionOutside { option, index, value, most: MAX_METERS });

@@ -88,6 +88,14 @@ pub enum EnvError {
         /// Number of elements of the option.
         actual: usize,
     },
+    /// A reset option that does not fit the environment, or another option.
+    #[error("the option {option} {reason}")]
+    OptionUnfit {
+        /// Name of the option.
+        option: &'static str,
+        /// Why it does not fit, and what to do.
+        reason: &'static str,
+    },
     /// A snapshot of another environment.
     #[error(
         "the snapshot does not fit this environment ({reason}): restore it into one made the same \
@@ -174,7 +182,8 @@ impl EnvError {
 
     /// Whether a reset was refused with this error because of its options, and has changed nothing.
     pub(crate) fn refuses_options(&self) -> bool {
-        matches!(self, Self::OptionLength { .. } | Self::OptionOutside { .. })
+        use EnvError::{OptionLength, OptionOutside, OptionUnfit};
+        matches!(self, OptionLength { .. } | OptionOutside { .. } | OptionUnfit { .. })
             || matches!(self.downcast_ref(), Some(SimError::NoObject { .. }))
     }
 }

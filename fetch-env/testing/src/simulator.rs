@@ -4,6 +4,7 @@ use fetch_sim::{
     Control, GripperState, KinematicSimulator, ObjectState, Settled, SimConfig, SimError,
     Simulator, Task,
 };
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// What a [`Delegating`] simulator does in a step.
 pub trait OnStep<S> {
@@ -40,6 +41,14 @@ impl<S: Simulator, H: OnStep<S>> Simulator for Delegating<S, H> {
 
     fn reset(&mut self, object_xy: Option<[f64; 2]>) -> Result<(), SimError> {
         self.simulator.reset(object_xy)
+    }
+
+    fn place_task_object(
+        &mut self,
+        position: Vector3<f64>,
+        orientation: UnitQuaternion<f64>,
+    ) -> Result<(), SimError> {
+        self.simulator.place_task_object(position, orientation)
     }
 
     fn step(&mut self, control: &Control) -> Result<(), SimError> {

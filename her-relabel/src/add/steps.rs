@@ -96,11 +96,12 @@ impl<T: Scalar> HerBuffer<T> {
     ) -> Result<bool, AddError> {
         self.check_under_way(env_index)?;
         let layout = &self.storage.layout;
-        check::<T, G>("desired_goal", desired_goal, layout.dims().goal)?;
         let unfinished = &mut self.unfinished[env_index];
-        if are_same(&unfinished.desired_goal, desired_goal) {
+        let len = unfinished.desired_goal.len();
+        if desired_goal.len() == len && are_same(&unfinished.desired_goal, desired_goal) {
             return Ok(false);
         }
+        check::<T, G>("desired_goal", desired_goal, len)?;
         let has_steps = unfinished.steps(layout) > 0;
         if has_steps {
             let rows = unfinished.finish(&self.storage);

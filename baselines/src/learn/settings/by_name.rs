@@ -117,7 +117,7 @@ impl TrainSettings {
     /// # Errors
     /// [`SettingError::Json`], and [`SettingError::Range`] if one is out of its range.
     pub fn from_json(json: &str) -> Result<Self, SettingError> {
-        let settings: Self = serde_json::from_str(json).map_err(SettingError::Json)?;
+        let settings: Self = serde_json::from_slice(json.as_bytes()).map_err(SettingError::Json)?;
         settings.check()?;
         Ok(settings)
     }

@@ -11,7 +11,7 @@ from typing_extensions import Self, Unpack
 
 from .env import Observation
 from .rewards import Reward, Terminated
-from .settings import Settings
+from .settings import EpisodeOptions, Settings
 
 REFERENCE_VERSION: str
 
@@ -102,12 +102,13 @@ class VecEnv:
         autoreset: str,
         width: int,
         height: int,
+        episode_options: EpisodeOptions | None,
     ) -> Self: ...
     def reset(
         self,
         seeds: list[int | None] | None = None,
         mask: list[bool] | None = None,
-        options: dict[str, Any] | None = None,
+        options: dict[str, Any] | list[dict[str, Any] | None] | None = None,
     ) -> Observation: ...
     def step(self, actions: ArrayLike) -> Steps: ...
     def step_async(self, actions: ArrayLike) -> None: ...

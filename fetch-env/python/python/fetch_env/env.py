@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from ._native import Env
-    from .settings import Settings
+    from .settings import EpisodeOptions, Settings
 
 #: ``observation`` (10 numbers in Reach, 25 elsewhere), ``achieved_goal`` and ``desired_goal``
 #: (x, y, z in meters), all ``float64``.
@@ -79,6 +79,8 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
             also takes ``"human"``, and shows a window through pygame.
         width: Width of pictures in pixels, 1 to 4096.
         height: Height of pictures in pixels, 1 to 4096.
+        episode_options: A function that returns the options of each :meth:`reset` without any, or
+            ``None``. It takes 0, and the number of its calls so far; see :class:`FetchVectorEnv`.
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
@@ -113,6 +115,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         render_mode: str | None = None,
         width: int = 480,
         height: int = 480,
+        episode_options: EpisodeOptions | None = None,
         **settings: Unpack[Settings],
     ) -> None:
         """Create the environment; see the class."""
@@ -122,6 +125,8 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
                 "use gymnasium.wrappers.TimeLimit"
             )
             raise TypeError(message)
+        self._episode_options = episode_options
+        self._episode_number = 0
         self._make_from(env_id, settings, render_mode, (width, height))
         self.action_space = spaces.action_space()  # type: ignore[assignment]
         self.observation_space = spaces.observation_space(self._config)  # type: ignore[assignment]
@@ -154,14 +159,23 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         Args:
             seed: Restarts the random numbers as numpy's ``PCG64(SeedSequence(seed))``: 0 to
                 2**64 - 1. Without a seed, they continue.
-            options: ``desired_goal`` (x, y, z in meters), ``object_position`` (x, y in meters) and
-                ``variation``, such as ``{"object_mass": 0.5, "table_color": (0.2, 0.5, 0.2)}``,
-                replace what is drawn. The options do not change the sequence of random numbers.
+            options: These replace what is drawn, and do not change the sequence of random numbers.
+                Lengths are in meters, in the world frame:
+
+                - ``desired_goal``: x, y, z.
+                - ``object_position``: x, y. ``object_height``: of its center, instead of on the
+                  table. ``object_rotation``: a quaternion w, x, y, z.
+                - ``gripper_position``: x, y, z. The arm moves there before the episode begins.
+                - ``object_in_gripper``: whether the fingers hold the object, in PickAndPlace.
+                - ``variation``: such as ``{"object_mass": 0.5, "table_color": (0.2, 0.5, 0.2)}``.
 
         Returns:
             The first observation, and an info that is empty, like the reference's, unless factors
             were drawn or set: ``info["variation"]`` has them.
         """
+        if options is None and self._episode_options is not None:
+            options = self._episode_options(0, self._episode_number)
+            self._episode_number += 1
         observation = self._native.reset(seed, options)
         if self._numbers is not None:
             self._numbers.begin(observation)

@@ -9,10 +9,13 @@ from . import _native
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from typing_extensions import Required
 
+
+#: A function that returns the options of an environment's next episode.
+EpisodeOptions: TypeAlias = "Callable[[int, int], dict[str, Any] | None]"
 
 #: How a number is drawn for each episode.
 Draw: TypeAlias = "float | tuple[float, float] | Mapping[str, Sequence[float]]"

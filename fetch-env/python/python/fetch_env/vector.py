@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from ._native import Steps, VecEnv
-    from .settings import Settings
+    from .settings import EpisodeOptions, Settings
 
 #: What the environments have in common, and its name in the vector.
 COMMON = {
@@ -61,6 +61,10 @@ class FetchVectorEnv(
             :meth:`step` and :meth:`reset` run on the caller's thread, and only :meth:`step_async`
             uses another.
         max_episode_steps: Steps after which an episode is cut off.
+        episode_options: A function that returns the options of a :meth:`reset`, or ``None``, for
+            each episode that begins without any, also by an autoreset: for a curriculum. It takes
+            the index of the environment and the number of its calls for it so far. Threads of the
+            vector call it, and :meth:`step` raises what it raises.
         render_mode: ``"rgb_array"`` or ``"depth_array"`` to use :meth:`render`.
         width: Width of pictures in pixels, 1 to 4096.
         height: Height of pictures in pixels, 1 to 4096.
@@ -85,6 +89,7 @@ class FetchVectorEnv(
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         num_threads: int | None = None,
         max_episode_steps: int = 50,
+        episode_options: EpisodeOptions | None = None,
         render_mode: str | None = None,
         width: int = 480,
         height: int = 480,
@@ -95,6 +100,7 @@ class FetchVectorEnv(
         self.metadata = {**FetchEnv.metadata, "autoreset_mode": AutoresetMode(autoreset_mode)}
         self._num_threads = num_threads
         self._max_episode_steps = max_episode_steps
+        self._episode_options = episode_options
         self._make_from(env_id, settings, render_mode, (width, height))
         self.single_action_space = spaces.action_space()
         self.single_observation_space = spaces.observation_space(self._config)
@@ -107,7 +113,12 @@ class FetchVectorEnv(
         )
         mode: AutoresetMode = self.metadata["autoreset_mode"]
         self._native = _native.VecEnv(
-            self._config, self.num_envs, self._num_threads or 0, mode.value, *self._size
+            self._config,
+            self.num_envs,
+            self._num_threads or 0,
+            mode.value,
+            *self._size,
+            self._episode_options,
         )
 
     def _change(self, name: str, value: Any) -> None:
@@ -131,25 +142,26 @@ class FetchVectorEnv(
         self,
         *,
         seed: int | Sequence[int | None] | None = None,
-        options: dict[str, Any] | None = None,
+        options: dict[str, Any] | list[dict[str, Any] | None] | None = None,
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin episodes in all environments, or in those that ``options["reset_mask"]`` selects.
 
         Args:
             seed: A seed for each environment, or the first one's, from which the others count up.
                 Without a seed, the random numbers continue.
-            options: ``reset_mask`` (a boolean array), ``desired_goal`` (x, y, z in meters),
-                ``object_position`` (x, y in meters), and ``variation``: by name, a number for all
-                environments, or an array with a number for each.
+            options: ``reset_mask`` (a boolean array), and the options of
+                :meth:`fetch_env.FetchEnv.reset`, for all environments or in an array with a row for
+                each. A list has the options of each environment instead, or ``None``.
 
         Returns:
             The observations, and an empty info: ``get_attr("variation")`` has the numbers that
             were drawn.
         """
-        rest = dict(options or {})
-        mask = rest.pop("reset_mask", None)
-        seeds = self._seeds(seed)
-        return self._native.reset(seeds, None if mask is None else self._mask(mask), rest), {}
+        mask = None
+        if isinstance(options, dict) and "reset_mask" in options:
+            mask = self._mask(options["reset_mask"])
+            options = {key: value for key, value in options.items() if key != "reset_mask"}
+        return self._native.reset(self._seeds(seed), mask, options or None), {}
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None] | None:
         if seed is None:

@@ -7,6 +7,7 @@ pub(crate) mod interface;
 pub(crate) mod reset;
 pub(crate) mod reward;
 pub(crate) mod snapshot;
+pub(crate) mod start;
 pub(crate) mod variation;
 
 use fetch_env::wrappers::Wrapped;

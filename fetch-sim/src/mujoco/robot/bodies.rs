@@ -94,6 +94,11 @@ impl Bodies {
         let body = self.named.iter().find(|body| body.name == name);
         body.ok_or_else(|| SimError::MissingName { kind: "body", name: name.into() })
     }
+
+    /// Returns the task's object; `None` if the task has none.
+    pub(super) fn object(&self) -> Option<&NamedBody> {
+        self.named.iter().find(|body| matches!(body.shown, Shown::Object))
+    }
 }
 
 impl NamedBody {

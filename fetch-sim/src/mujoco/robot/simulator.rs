@@ -141,8 +141,17 @@ impl MujocoSimulator {
         position: Vector3<f64>,
         orientation: UnitQuaternion<f64>,
     ) -> Result<(), SimError> {
+        self.place(self.fetch.bodies.get(name)?.placed()?, position, orientation)
+    }
+
+    fn place(
+        &mut self,
+        placed: Placed,
+        position: Vector3<f64>,
+        orientation: UnitQuaternion<f64>,
+    ) -> Result<(), SimError> {
         check_inside("the pose of a body", position.iter().chain(&orientation.coords))?;
-        match self.fetch.bodies.get(name)?.placed()? {
+        match placed {
             Placed::Joint { qpos, dof } => {
                 let ([x, y, z], q) = (position.into(), orientation);
                 let coordinates: [f64; FREE] = [x, y, z, q.w, q.i, q.j, q.k];
@@ -316,6 +325,16 @@ impl Simulator for MujocoSimulator {
         }
         self.data.forward()?;
         self.observe()
+    }
+
+    fn place_task_object(
+        &mut self,
+        position: Vector3<f64>,
+        orientation: UnitQuaternion<f64>,
+    ) -> Result<(), SimError> {
+        let no_object = SimError::NoObject { task: self.task() };
+        let placed = self.fetch.bodies.object().ok_or(no_object)?.placed()?;
+        self.place(placed, position, orientation)
     }
 
     fn step(&mut self, control: &Control) -> Result<(), SimError> {

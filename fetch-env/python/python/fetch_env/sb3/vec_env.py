@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from fetch_env.env import Observation
-    from fetch_env.settings import Settings
+    from fetch_env.settings import EpisodeOptions, Settings
 
 
 class FetchVecEnv(VecEnv):
@@ -27,6 +27,7 @@ class FetchVecEnv(VecEnv):
         env_id: The name, such as ``"FetchPush-v4"``.
         num_envs: Number of environments.
         num_threads: Number of threads; by default one for each core.
+        episode_options: See :class:`fetch_env.FetchVectorEnv`.
         render_mode: ``"rgb_array"`` to draw.
         **settings: See :class:`fetch_env.Settings`.
     """
@@ -37,6 +38,7 @@ class FetchVecEnv(VecEnv):
         num_envs: int = 1,
         *,
         num_threads: int | None = None,
+        episode_options: EpisodeOptions | None = None,
         render_mode: str | None = None,
         **settings: Unpack[Settings],
     ) -> None:
@@ -46,6 +48,7 @@ class FetchVecEnv(VecEnv):
             num_envs,
             autoreset_mode="SameStep",
             num_threads=num_threads,
+            episode_options=episode_options,
             render_mode=render_mode,
             **settings,
         )
@@ -56,11 +59,10 @@ class FetchVecEnv(VecEnv):
 
     def reset(self) -> Observation:
         """Begin an episode in each environment, with the seeds of ``seed``."""
-        if any(options != self._options[0] for options in self._options):
-            message = "the environments take the same options: pass one dictionary to set_options()"
-            raise ValueError(message)
         seeds = None if self._seeds[0] is None else self._seeds
-        observations, _ = self.envs.reset(seed=seeds, options=self._options[0])
+        observations, _ = self.envs.reset(
+            seed=seeds, options=self._options if any(self._options) else None
+        )
         self._reset_seeds()
         self._reset_options()
         for env_index, numbers in enumerate(self._step_numbers):

@@ -1,0 +1,56 @@
+//! A function of the user's that returns the options of each episode.
+
+use std::sync::{
+    Arc, Mutex, PoisonError,
+    atomic::{AtomicU64, Ordering},
+};
+
+use fetch_env::FetchResetOptions;
+use pyo3::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::reset::options_of_one;
+
+/// A function that takes the index of an environment and the number of its episodes so far, and
+/// returns options of a reset or None.
+#[derive(Clone)]
+pub(crate) struct EpisodeOptions(Arc<Shared>);
+
+struct Shared {
+    function: Py<PyAny>,
+    /// How often it was called for each environment.
+    calls: Vec<AtomicU64>,
+    /// The first error since the last [`check`](EpisodeOptions::check).
+    error: Mutex<Option<Error>>,
+}
+
+impl EpisodeOptions {
+    pub(crate) fn new(function: Py<PyAny>, num_envs: usize) -> Self {
+        let calls = (0..num_envs).map(|_| AtomicU64::new(0)).collect();
+        Self(Arc::new(Shared { function, calls, error: Mutex::default() }))
+    }
+
+    /// Returns the options of an environment's next episode.
+    pub(crate) fn next(&self, py: Python<'_>, env_index: usize) -> Result<FetchResetOptions> {
+        let episode = self.0.calls[env_index].fetch_add(1, Ordering::Relaxed);
+        options_of_one(self.0.function.bind(py).call1((env_index, episode))?.as_any())
+    }
+
+    /// Returns the options of an episode that begins by itself, on any thread. After an error nothing
+    /// is set, and the next [`check`](Self::check) returns it.
+    pub(crate) fn choose(&self, env_index: usize) -> FetchResetOptions {
+        Python::attach(|py| self.next(py, env_index)).unwrap_or_else(|error| {
+            self.error().get_or_insert(error);
+            FetchResetOptions::default()
+        })
+    }
+
+    /// Returns the error of a call on another thread.
+    pub(crate) fn check(&self) -> Result<()> {
+        self.error().take().map_or(Ok(()), Err)
+    }
+
+    fn error(&self) -> std::sync::MutexGuard<'_, Option<Error>> {
+        self.0.error.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
