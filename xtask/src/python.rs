@@ -32,14 +32,15 @@ const TESTERS: [&str; 9] = [
 ];
 /// OGBench's loader, without the packages that only its environments need.
 const OGBENCH: &str = "ogbench==1.2.2";
-/// The package that the tests of Stable-Baselines3 need; it installs torch.
-const STABLE_BASELINES3: &str = "stable-baselines3==2.9.2";
+/// The packages that the tests of Stable-Baselines3 and of exports need; they install torch.
+const STABLE_BASELINES3: [&str; 4] =
+    ["onnx==1.23.2", "onnxruntime==1.32.0", "stable-baselines3==2.9.2", "tensorboard==2.21.0"];
 /// The package that the tests of LeRobot need; it installs torch, too.
-const LEROBOT: &str = "lerobot==0.4.4";
+const LEROBOT: [&str; 1] = ["lerobot==0.4.4"];
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Test the parts for Stable-Baselines3 instead, which installs torch
+    /// Test the parts for Stable-Baselines3, torch, ONNX and TensorBoard instead, which installs them
     #[arg(long, conflicts_with_all = ["lerobot", "sets", "their_tests"])]
     sb3: bool,
     /// Test the parts for LeRobot instead, which installs torch
@@ -59,7 +60,7 @@ pub struct Args {
 enum Tests<'a> {
     /// Its own tests, Ruff and mypy.
     Own,
-    /// The tests of its parts for Stable-Baselines3.
+    /// The tests of its parts for Stable-Baselines3, torch, ONNX and TensorBoard.
     StableBaselines3,
     /// The tests of its parts for LeRobot.
     LeRobot,
@@ -80,12 +81,12 @@ impl<'a> Tests<'a> {
         }
     }
 
-    /// Returns the package that they need and that installs torch.
-    const fn heavy_package(&self) -> Option<&'static str> {
+    /// Returns the packages that they need and that install torch.
+    const fn heavy_packages(&self) -> &[&'static str] {
         match self {
-            Self::StableBaselines3 => Some(STABLE_BASELINES3),
-            Self::LeRobot => Some(LEROBOT),
-            Self::Own | Self::Theirs(_) | Self::Sets(_) => None,
+            Self::StableBaselines3 => &STABLE_BASELINES3,
+            Self::LeRobot => &LEROBOT,
+            Self::Own | Self::Theirs(_) | Self::Sets(_) => &[],
         }
     }
 }
@@ -95,7 +96,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let root = fs::canonicalize(ROOT)?;
     let folder = root.join(FOLDER);
     let mut packages = [&BUILDERS[..], &TESTERS].concat();
-    packages.extend(tests.heavy_package());
+    packages.extend(tests.heavy_packages());
     let python = environment(&root.join("target/python-environment"), &packages)?;
     let wheels = tempfile::tempdir()?;
     say!("python: building the wheel")?;

@@ -133,6 +133,12 @@ impl TrainedPolicy {
         &self.header
     }
 
+    /// Returns the layers of the network, from the first to the last.
+    #[must_use]
+    pub fn layers(&self) -> &[LayerWeights] {
+        &self.layers
+    }
+
     /// Sets the success rate that an evaluation has measured.
     #[must_use]
     pub fn with_success(mut self, success: SuccessRate) -> Self {

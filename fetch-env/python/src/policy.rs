@@ -5,12 +5,15 @@ use std::path::PathBuf;
 use baselines::{PolicyHeader, TrainedPolicy};
 use fetch_env::EnvId;
 use her_relabel::StateRows;
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::{prelude::*, types::PyBytes};
 
 use crate::arrays::Numbers;
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
+
+/// The weights and the biases of a layer.
+type Layer<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f32>>);
 
 /// A trained policy.
 #[pyclass(frozen, module = "fetch_env._native")]
@@ -51,6 +54,17 @@ impl Policy {
     /// How the policy was trained, as JSON.
     fn header(&self, py: Python<'_>) -> Result<String> {
         Ok(serde_json::to_string(self.0.lock(py)?.header())?)
+    }
+
+    /// The weights, with a row for each input, and the biases of each layer.
+    fn layers<'py>(&self, py: Python<'py>) -> Result<Vec<Layer<'py>>> {
+        let policy = self.0.lock(py)?;
+        let layers = policy.layers().iter().map(|layer| {
+            let weights = PyArray1::from_slice(py, &layer.weights);
+            let weights = weights.reshape([layer.num_inputs, layer.biases.len()])?;
+            Ok((weights, PyArray1::from_slice(py, &layer.biases)))
+        });
+        layers.collect()
     }
 
     /// The greedy actions for states of any batch shape: an array of that shape and the length of

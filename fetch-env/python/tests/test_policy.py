@@ -1,5 +1,7 @@
 """What trained policies act on."""
 
+import textwrap
+
 import fetch_env
 import numpy as np
 import pytest
@@ -68,3 +70,17 @@ def test_shapes_that_do_not_fit_are_named(policy, change, message):
 def test_an_observation_is_a_dictionary_of_three_parts(policy, observation):
     with pytest.raises(TypeError, match="observation, achieved_goal and desired_goal"):
         policy(observation)
+
+
+@pytest.mark.parametrize(("task", "tolerance"), [("Reach", 1e-6), ("Push", 2e-5), ("Slide", 1e-4)])
+def test_weights_are_all_that_an_action_is_computed_with(task, tolerance):
+    policy = fetch_env.Policy.shipped(f"Fetch{task}-v4")
+    env = fetch_env.FetchEnv(f"Fetch{task}-v4")
+    observation, _ = env.reset(seed=0)
+    code = fetch_env.Policy.weights.__doc__.split("::\n")[1]
+    for _ in range(50):
+        names = {"policy": policy, "observation": observation, "np": np}
+        exec(textwrap.dedent(code), names)  # noqa: S102
+        action = policy(observation)
+        np.testing.assert_allclose(names["action"], action, rtol=0, atol=tolerance)
+        observation, *_ = env.step(action)

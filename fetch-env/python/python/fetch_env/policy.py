@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
+
+import numpy as np
 
 from . import _native
 from .spaces import parts
@@ -11,10 +13,24 @@ from .spaces import parts
 if TYPE_CHECKING:
     import os
 
-    import numpy as np
+    import torch
     from numpy.typing import NDArray
 
     from .env import Observation
+
+
+class Weights(TypedDict):
+    """A policy as numpy arrays; see :meth:`fetch_env.Policy.weights`."""
+
+    inputs: list[str]
+    """What the network gets, one after the other: ``"observation"``, ``"achieved_goal"``,
+    ``"desired_goal"``, or ``"relative_goal"``, the desired goal minus the achieved one."""
+    mean: NDArray[np.float64]
+    std: NDArray[np.float64]
+    clip: NDArray[np.float64]
+    """The largest normalized element of each input."""
+    layers: list[tuple[NDArray[np.float32], NDArray[np.float32]]]
+    """Weights of shape (inputs, outputs), and biases."""
 
 
 class Policy:
@@ -62,6 +78,69 @@ class Policy:
         header: dict[str, Any] = json.loads(self._native.header())
         return header
 
+    def weights(self) -> Weights:
+        """Return copies of all that an action is computed with.
+
+        It is the hyperbolic tangent of the last layer's outputs, and the layers before have
+        rectified linear units::
+
+            weights = policy.weights()
+            goal = observation["desired_goal"]
+            parts = {**observation, "relative_goal": goal - observation["achieved_goal"]}
+            values = np.concatenate([parts[name] for name in weights["inputs"]], axis=-1)
+            values = (values - weights["mean"]) / weights["std"]
+            values = values.clip(-weights["clip"], weights["clip"])
+            for weight, bias in weights["layers"]:
+                outputs = values @ weight + bias
+                values = np.maximum(outputs, 0)
+            action = np.tanh(outputs)
+        """
+        header = self.header
+        names = header["inputs"]
+        mean, std, clip = np.concatenate([_scale(header, name) for name in names], axis=1)
+        layers = self._native.layers()
+        return {"inputs": names, "mean": mean, "std": std, "clip": clip, "layers": layers}
+
+    def to_torch(self) -> torch.nn.Module:
+        """Return a torch module of a copy of the weights.
+
+        It takes an observation as the policy does, a dictionary of tensors of shape (..., length),
+        and returns actions of ``float32``. They differ as sums in another order do: by at most 3e-5
+        for the shipped policies, and 1e-6 for that of Reach. Its weights can be trained on.
+
+        Raises:
+            ModuleNotFoundError: If torch is not installed.
+        """
+        from .torch_policy import TorchPolicy  # noqa: PLC0415
+
+        return TorchPolicy(self.weights())
+
+    def to_onnx(self, path: str | os.PathLike[str]) -> None:
+        """Write the policy as an ONNX model.
+
+        It takes ``observation``, ``achieved_goal`` and ``desired_goal`` as environments return
+        them, of ``float64``, each with rows of shape (N, length), and returns ``action`` of
+        ``float32`` and shape (N, 4), which differs as little as that of :meth:`to_torch`::
+
+            policy.to_onnx("push.onnx")
+            session = onnxruntime.InferenceSession("push.onnx")
+            (action,) = session.run(None, {key: part[None] for key, part in observation.items()})
+
+        Raises:
+            ModuleNotFoundError: If the package onnx is not installed.
+            OSError: If the file cannot be written.
+        """
+        from .onnx_policy import write  # noqa: PLC0415
+
+        header = self.header
+        goal_len = header["goal_len"]
+        lengths = {
+            "observation": header["observation_len"],
+            "achieved_goal": goal_len,
+            "desired_goal": goal_len,
+        }
+        write(self.weights(), lengths, path)
+
     def __call__(self, observation: Observation) -> NDArray[np.float32]:
         """Return the greedy action; see the class.
 
@@ -91,3 +170,14 @@ class Policy:
     def __setstate__(self, state: bytes) -> None:
         """Load the policy."""
         self._native = _native.Policy(state)
+
+
+def _scale(header: dict[str, Any], name: str) -> NDArray[np.float64]:
+    """Return the means, the deviations and the bounds of a part of the input."""
+    kind = "observation" if name == "observation" else "goal"
+    mean, std, clip = np.zeros(header[f"{kind}_len"]), 1.0, np.inf
+    if (scale := header[f"{kind}_normalizer"]) is not None:
+        mean, clip = np.array(scale["mean"]), scale["clip"]
+        if scale["count"]:
+            std = np.sqrt(np.array(scale["squares"]) / scale["count"]).clip(min=scale["min_std"])
+    return np.stack([mean, np.broadcast_to(std, mean.shape), np.full(mean.shape, clip)])
