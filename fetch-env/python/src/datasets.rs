@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use baselines::{
     Evaluation, Policy,
     datasets::{
-        DatasetWriter, Metadata, MinariWriter, OgBenchWriter, SetKind, SetPolicy, write_set,
+        DatasetWriter, EpisodeRecord, Metadata, MinariWriter, OgBenchWriter, SetKind, SetPolicy,
     },
 };
 use fetch_env::{EnvId, make};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
+use crate::acting::Acting;
 use crate::config::{ACTION_LEN, Config};
 use crate::env::Env;
 use crate::error::{Error, Result};
@@ -19,43 +20,74 @@ use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::warnings::simulate;
 
-/// Writes a data set, and returns the summary of its episodes as JSON.
+/// Writes a data set, and returns the summary of its episodes as JSON. `set` is the name of a policy,
+/// or that of `policy`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python function has as many")]
 pub(crate) fn write_dataset(
     py: Python<'_>,
     config: &Config,
     set: &str,
+    policy: Option<&Bound<'_, PyAny>>,
+    batched: bool,
     format: &str,
     folder: PathBuf,
     episodes: Integer<usize>,
     seed: Integer<u64>,
     snapshots: bool,
 ) -> Result<String> {
-    let kind = kind_of(set)?;
+    let acting = policy.map(|policy| Acting::take(policy, batched)).transpose()?;
     let config = config.config.clone();
     let (Integer(episodes), Integer(seed)) = (episodes, seed);
     let path = folder.clone();
     let written = simulate(py, || -> Result<_> {
         let env_id = EnvId { task: config.task(), reward: config.distance_reward().kind() };
         let mut env = make(config)?;
-        let mut policy = SetPolicy::new(kind, &env).map_err(Error::chain)?;
-        let name = Metadata::name_of(env_id, kind.name());
-        let metadata = Metadata::new(&name, &env, policy.describe(), "").map_err(Error::chain)?;
-        let mut writers = [writer(format, folder, metadata, snapshots)?];
+        let mut actor = match acting {
+            Some(acting) => Actor::Given(acting),
+            None => {
+                let policy = SetPolicy::new(kind_of(set)?, &env).map_err(Error::chain)?;
+                Actor::Named(Box::new(policy))
+            }
+        };
+        let policy = match &actor {
+            Actor::Given(_) => format!("the policy {set}"),
+            Actor::Named(policy) => policy.describe().to_owned(),
+        };
+        let metadata = Metadata::new(&Metadata::name_of(env_id, set), &env, policy, "");
+        let mut writer = writer(format, folder, metadata.map_err(Error::chain)?, snapshots)?;
+        let mut record = EpisodeRecord::default();
+        if snapshots {
+            record = record.with_snapshots();
+        }
         let mut evaluation = Evaluation { episodes: Vec::new() };
-        for episode in 0..episodes as u64 {
+        for seed in (0..episodes as u64).map(|episode| seed.wrapping_add(episode)) {
             // Ctrl-C is an error like others: the writers remove what they have written.
             Python::attach(|py| py.check_signals())?;
-            let seed = seed.wrapping_add(episode);
-            let written = write_set(&mut env, &mut policy, 1, seed, &mut writers, |_| ());
-            evaluation.episodes.extend(written.map_err(Error::chain)?.episodes);
+            let episode = match &mut actor {
+                Actor::Given(policy) => {
+                    let recorded = record.record(&mut env, policy, seed).map_err(Error::chain);
+                    policy.or_error(recorded)?
+                }
+                Actor::Named(policy) => {
+                    policy.begin(seed);
+                    record.record(&mut env, &mut **policy, seed).map_err(Error::chain)?
+                }
+            };
+            writer.write(&record).map_err(Error::chain)?;
+            evaluation.episodes.push(episode);
         }
-        writers.into_iter().try_for_each(DatasetWriter::finish).map_err(Error::chain)?;
+        writer.finish().map_err(Error::chain)?;
         evaluation.summary().map_err(Error::chain)
     });
     let written = written.map_err(|error| error.at(&path))?;
     Ok(serde_json::to_string(&written)?)
+}
+
+/// Who acts in a data set.
+enum Actor {
+    Given(Acting),
+    Named(Box<SetPolicy>),
 }
 
 /// Returns the kind of policy with this name.

@@ -1,21 +1,21 @@
 //! Evaluating policies.
 
 use baselines::robustness::{RobustnessCurve, RobustnessPoint, SuccessAt};
-use baselines::{Summary, TrainedPolicy, evaluate_vec_while};
+use baselines::{Summary, evaluate_vec_while};
 use fetch_env::{FetchConfig, make_vec, vec_env::VecConfig};
 use pyo3::prelude::*;
 use serde_json::json;
 
+use crate::acting::Acting;
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::integer::Integer;
-use crate::policy::Policy;
 use crate::signals::Signals;
 use crate::warnings::simulate;
 
 /// Episodes of one policy.
 struct Episodes {
-    policy: TrainedPolicy,
+    policy: Acting,
     count: usize,
     seed: u64,
     threads: VecConfig,
@@ -23,21 +23,24 @@ struct Episodes {
 
 impl Episodes {
     fn new(
-        py: Python<'_>,
-        policy: &Policy,
+        policy: &Bound<'_, PyAny>,
+        batched: bool,
         count: Integer<usize>,
         seed: Integer<u64>,
         num_threads: Integer<usize>,
     ) -> Result<Self> {
         let threads = VecConfig::default().with_num_threads(num_threads.0);
-        Ok(Self { policy: policy.copy(py)?, count: count.0, seed: seed.0, threads })
+        let policy = Acting::take(policy, batched)?;
+        Ok(Self { policy, count: count.0, seed: seed.0, threads })
     }
 
     fn run(&mut self, config: FetchConfig, signals: &mut Signals) -> Result<Summary> {
         let Self { policy, count, seed, threads } = self;
-        let mut envs = make_vec(config, (*count).clamp(1, 16), *threads)?;
+        let most = if policy.is_batched() { 16 } else { 1 };
+        let mut envs = make_vec(config, (*count).clamp(1, most), *threads)?;
         let run = evaluate_vec_while(&mut envs, policy, *count, *seed, || signals.go_on());
-        run.and_then(|evaluation| evaluation.summary()).map_err(Error::chain)
+        let run = run.and_then(|evaluation| evaluation.summary()).map_err(Error::chain);
+        policy.or_error(run)
     }
 }
 
@@ -46,12 +49,13 @@ impl Episodes {
 pub(crate) fn evaluate(
     py: Python<'_>,
     config: &Config,
-    policy: &Policy,
+    policy: &Bound<'_, PyAny>,
+    batched: bool,
     episodes: Integer<usize>,
     seed: Integer<u64>,
     num_threads: Integer<usize>,
 ) -> Result<String> {
-    let mut episodes = Episodes::new(py, policy, episodes, seed, num_threads)?;
+    let mut episodes = Episodes::new(policy, batched, episodes, seed, num_threads)?;
     let mut signals = Signals::new();
     let summary = simulate(py, || episodes.run(config.config.clone(), &mut signals));
     signals.finish()?;
@@ -64,14 +68,15 @@ pub(crate) fn evaluate(
 pub(crate) fn robustness(
     py: Python<'_>,
     config: &Config,
-    policy: &Policy,
+    policy: &Bound<'_, PyAny>,
+    batched: bool,
     factor: &str,
     values: Vec<f64>,
     episodes: Integer<usize>,
     seed: Integer<u64>,
     num_threads: Integer<usize>,
 ) -> Result<String> {
-    let mut episodes = Episodes::new(py, policy, episodes, seed, num_threads)?;
+    let mut episodes = Episodes::new(policy, batched, episodes, seed, num_threads)?;
     // A wrong value is refused before any episode.
     let configs = values.iter().map(|&value| {
         let variation = config.config.variation().clone().with(factor, value);

@@ -1,6 +1,7 @@
 //! The Python module `fetch_env._native`: the crates' environments, buffer and learner with numpy
 //! arrays. What Python users see is in the package's Python files.
 
+mod acting;
 mod arrays;
 mod config;
 mod datasets;

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self, Unpack
 
+from .acting import Act
 from .env import Observation
 from .rewards import Reward, Terminated
 from .settings import EpisodeOptions, Settings
@@ -257,10 +258,18 @@ class NamedPolicy:
     def act(self, env: Env) -> NDArray[np.float32]: ...
 
 def run_program(arguments: list[str]) -> int: ...
-def evaluate(config: Config, policy: Policy, episodes: int, seed: int, num_threads: int) -> str: ...
+def evaluate(
+    config: Config,
+    policy: Policy | Act,
+    batched: bool,
+    episodes: int,
+    seed: int,
+    num_threads: int,
+) -> str: ...
 def robustness(
     config: Config,
-    policy: Policy,
+    policy: Policy | Act,
+    batched: bool,
     factor: str,
     values: Sequence[float],
     episodes: int,
@@ -273,6 +282,8 @@ def write_dataset(
     format: str,  # noqa: A002
     folder: str | os.PathLike[str],
     episodes: int,
+    policy: Policy | Act | None,
+    batched: bool,
     seed: int,
     snapshots: bool,
 ) -> str: ...

@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any, Literal
 
 from . import _native
+from .acting import acting
 from .settings import make_config
 
 if TYPE_CHECKING:
@@ -13,15 +14,19 @@ if TYPE_CHECKING:
 
     from typing_extensions import Unpack
 
+    from .acting import Act, Model
+    from .policy import Policy
     from .settings import Settings
 
 
 def write_dataset(  # noqa: PLR0913
     env_id: str,
-    policy: Literal["random", "scripted", "expert", "expert-noisy", "mixed"],
+    policy: Literal["random", "scripted", "expert", "expert-noisy", "mixed"] | Policy | Model | Act,
     folder: str | os.PathLike[str],
     data_format: Literal["minari", "ogbench"] = "minari",
     *,
+    name: str | None = None,
+    batched: bool = False,
     episodes: int = 20_000,
     seed: int = 0,
     snapshots: bool = False,
@@ -43,9 +48,14 @@ def write_dataset(  # noqa: PLR0913
         policy: Who acts. ``"random"``: uniformly random actions; ``"scripted"``: a script;
             ``"expert"``: the trained policy that comes with the package; ``"expert-noisy"``: each
             action of the trained policy is random with probability 0.3 and otherwise gets Gaussian
-            noise of standard deviation 0.2; ``"mixed"``: these four, one episode each in turn.
+            noise of standard deviation 0.2; ``"mixed"``: these four, one episode each in turn. Or a
+            policy, a model or a function, as for :func:`fetch_env.evaluate`.
         folder: The folder of data sets.
         data_format: ``"minari"`` or ``"ogbench"``.
+        name: The name of your own policy, which becomes a part of the data set's: ``"mine"`` of
+            ``fetch/push/mine-v0``. Letters, digits, dashes and underscores.
+        batched: Whether a function takes many observations, here one row, and returns as many
+            actions.
         episodes: Number of episodes.
         seed: Seed of the first episode; the others have the seeds that follow.
         snapshots: Also write the exact state of each step, only with ``data_format="minari"``:
@@ -62,6 +72,15 @@ def write_dataset(  # noqa: PLR0913
         fetch_env.SimulationError: If the physics became unstable.
     """
     config = make_config(env_id, **settings)
-    summary = _native.write_dataset(config, policy, data_format, folder, episodes, seed, snapshots)
+    if isinstance(policy, str) != (name is None):
+        message = "pass name= with a policy of your own, and only then"
+        raise TypeError(message)
+    own = None
+    if not isinstance(policy, str):
+        own, batched = acting(policy, batched=batched)
+    named = policy if isinstance(policy, str) else str(name)
+    summary = _native.write_dataset(
+        config, named, own, batched, data_format, folder, episodes, seed, snapshots
+    )
     result: dict[str, Any] = json.loads(summary)
     return result

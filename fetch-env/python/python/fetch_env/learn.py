@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native
+from .acting import acting
 from .policy import Policy
 from .progress import Progress
 from .settings import make_config
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from typing_extensions import Unpack
 
+    from .acting import Act, Model
     from .settings import Settings
 
 
@@ -212,21 +214,33 @@ def _training(trainer: _native.Trainer, *, interrupted: bool) -> Training:
     return Training(Policy(trainer.policy()), curve, settings, interrupted)
 
 
-def evaluate(
+def evaluate(  # noqa: PLR0913
     env_id: str,
-    policy: Policy,
+    policy: Policy | Model | Act,
     episodes: int = 100,
     *,
+    batched: bool = False,
     seed: int = 0,
     num_threads: int = 0,
     **settings: Unpack[Settings],
 ) -> dict[str, Any]:
     """Run episodes of a policy. Ctrl-C ends it.
 
+    ::
+
+        model = stable_baselines3.SAC.load("push.zip")
+        fetch_env.evaluate("FetchPush-v4", model)["success_rate"]["value"]
+
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
-        policy: The policy.
+        policy: A policy; a model of Stable-Baselines3, whose ``predict`` is called with
+            ``deterministic=True``; or a function of an observation that returns its action, of
+            shape (4,). A function is called on this thread, for one episode after the other, and
+            its method ``reset``, if it has one, before each. An exception ends the call.
         episodes: Number of episodes.
+        batched: Whether a function takes many observations, parts of shape (N, length) from N
+            environments, of which some may have ended their episode, and returns actions of shape
+            (N, 4). This is faster, and ``reset`` is called when all N begin.
         seed: Seed of the first episode; each further one has the next.
         num_threads: Number of threads; 0 for one for each core.
         **settings: See :class:`fetch_env.Settings`.
@@ -244,19 +258,21 @@ def evaluate(
         fetch_env.SimulationError: If the physics became unstable.
     """
     config = make_config(env_id, **settings)
+    native = acting(policy, batched=batched)
     summary: dict[str, Any] = json.loads(
-        _native.evaluate(config, _native_of(policy), episodes, seed, num_threads)
+        _native.evaluate(config, *native, episodes, seed, num_threads)
     )
     return summary
 
 
 def robustness(  # noqa: PLR0913
     env_id: str,
-    policy: Policy,
+    policy: Policy | Model | Act,
     factor: str,
     values: Sequence[float],
     episodes: int = 100,
     *,
+    batched: bool = False,
     seed: int = 0,
     num_threads: int = 0,
     **settings: Unpack[Settings],
@@ -272,10 +288,11 @@ def robustness(  # noqa: PLR0913
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
-        policy: The policy.
+        policy: A policy, a model or a function, as for :func:`evaluate`.
         factor: What has the values: noise, delays or physics, by a name of ``variation``.
         values: The values.
         episodes: Number of episodes at each value.
+        batched: Whether a function takes many observations.
         seed: Seed of the first episode; each further one has the next.
         num_threads: Number of threads; 0 for one for each core.
         **settings: See :class:`fetch_env.Settings`.
@@ -293,17 +310,8 @@ def robustness(  # noqa: PLR0913
         fetch_env.SimulationError: If the physics became unstable.
     """
     config = make_config(env_id, **settings)
+    native = acting(policy, batched=batched)
     curve: dict[str, Any] = json.loads(
-        _native.robustness(config, _native_of(policy), factor, values, episodes, seed, num_threads)
+        _native.robustness(config, *native, factor, values, episodes, seed, num_threads)
     )
     return curve
-
-
-def _native_of(policy: Policy) -> _native.Policy:
-    if not isinstance(policy, Policy):
-        message = (
-            f"the policy is {type(policy).__name__}: pass a fetch_env.Policy, or evaluate your own "
-            "in environments"
-        )
-        raise TypeError(message)
-    return policy._native  # noqa: SLF001
