@@ -185,6 +185,7 @@ class Buffer:
         next_observation: ArrayLike,
         next_achieved_goal: ArrayLike,
         reward: ArrayLike,
+        next_desired_goal: ArrayLike,
         terminated: list[bool],
         truncated: list[bool],
         took_place: list[bool],

@@ -141,8 +141,8 @@ impl Buffer {
     }
 
     /// Adds a step of each environment, a row for each, with the states before it. Where that is
-    /// not the last one of the episode under way, this ends, and another begins. A step that did
-    /// not take place ends the one under way, and is left out.
+    /// not the last one of the episode under way, or the step has another goal, this ends, and
+    /// another begins. A step that did not take place ends the one under way, and is left out.
     #[expect(clippy::too_many_arguments, reason = "they are columns")]
     fn add_steps(
         &self,
@@ -153,6 +153,7 @@ impl Buffer {
         action: &Bound<'_, PyAny>,
         next_observation: &Bound<'_, PyAny>,
         next_achieved_goal: &Bound<'_, PyAny>,
+        next_desired_goal: &Bound<'_, PyAny>,
         reward: &Bound<'_, PyAny>,
         terminated: Vec<bool>,
         truncated: Vec<bool>,
@@ -168,6 +169,7 @@ impl Buffer {
         let action = column("action", action, dims.action)?;
         let next_observation = column("next_observation", next_observation, dims.observation)?;
         let next_achieved_goal = column("next_achieved_goal", next_achieved_goal, dims.goal)?;
+        let next_desired_goal = column("next_desired_goal", next_desired_goal, dims.goal)?;
         let reward = numbers("reward", reward, &[rows])?;
         for (name, flags) in
             [("terminated", &terminated), ("truncated", &truncated), ("took_place", &took_place)]
@@ -192,8 +194,8 @@ impl Buffer {
                 truncated: truncated[env_index],
                 fields: &[],
             };
-            let step = took_place[env_index].then_some(&step);
-            add_step_from(buffer, env_index, &start, step)?;
+            let step = (&step, next_desired_goal.row(env_index));
+            add_step_from(buffer, env_index, &start, took_place[env_index].then_some(step))?;
         }
         Ok(())
     }
@@ -214,16 +216,16 @@ impl Buffer {
     }
 }
 
-/// Adds a step that began in `start`, to the episode under way if that is there, or to a new one.
-/// Without a step, the episode ends.
+/// Adds a step that began in `start`, and its goal, to the episode under way if that is there, or to
+/// a new one. Without a step, the episode ends.
 fn add_step_from(
     buffer: &mut HerBuffer<f32>,
     env_index: usize,
     start: &StartData<'_, f64>,
-    step: Option<&StepData<'_, f64>>,
+    step: Option<(&StepData<'_, f64>, &[f64])>,
 ) -> Result<(), AddError> {
     let is_under_way = buffer.unfinished_steps(env_index)?.is_some();
-    let Some(step) = step else {
+    let Some((step, goal)) = step else {
         return if is_under_way { buffer.end_episode(env_index) } else { Ok(()) };
     };
     if is_under_way {
@@ -240,5 +242,6 @@ fn add_step_from(
     if buffer.unfinished_steps(env_index)?.is_none() {
         buffer.begin_episode(env_index, start)?;
     }
+    buffer.set_desired_goal(env_index, goal)?;
     buffer.add_step(env_index, step)
 }

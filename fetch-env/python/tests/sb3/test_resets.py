@@ -6,7 +6,6 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-import fetch_env
 from fetch_env import sb3
 from stable_baselines3 import SAC
 from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
@@ -306,5 +305,5 @@ def test_a_goal_that_is_replaced_ends_the_episode():
         single_env.goal = single_env.goal + 0.01
 
     learner.learn(200, Uses(replace))
-    assert stored(learner.replay_buffer, happened) < 200
-    assert fetch_env.FetchEnv("FetchReach-v4").reset(seed=0)[1] == {}
+    assert stored(learner.replay_buffer, happened) == 200
+    assert learner.replay_buffer._native.num_episodes > 200 / 50  # noqa: SLF001

@@ -54,12 +54,13 @@ class HerReplayBuffer(TheirHerReplayBuffer):
     go there, too, except those of which an error says what else to do; ``n_step`` needs
     Stable-Baselines3 2.7 or later.
 
-    Where an environment is used otherwise, an episode ends with the steps it has: when ``learn`` is
-    called again, after ``set_env`` and ``evaluate_policy``, and after a reset or a step of your
-    own. Stable-Baselines3 then acts once on an observation of before, and this step, which never
-    happened, is not stored. For that, the environments add ``"fetch_env.step"`` to the infos.
-    Within ``VecNormalize``, the last observation of an episode is the one that Stable-Baselines3
-    gives to its own buffer, too: normalized, clipped and scaled back.
+    An episode also ends, and another begins, where its goal changes. Where an environment is used
+    otherwise, an episode ends with the steps it has: when ``learn`` is called again, after
+    ``set_env`` and ``evaluate_policy``, and after a reset or a step of your own. Stable-Baselines3
+    then acts once on an observation of before, and this step, which never happened, is not stored.
+    For that, the environments add ``"fetch_env.step"`` to the infos. Within ``VecNormalize``, the
+    last observation of an episode is the one that Stable-Baselines3 gives to its own buffer, too:
+    normalized, clipped and scaled back.
 
     Raises:
         ValueError: If an environment, a wrapper or a subclass has rewards of its own and ``reward``
@@ -173,18 +174,25 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         """
         cut_off = [bool(info.get("TimeLimit.truncated", False)) for info in infos]
         terminated = [each and not cut for each, cut in zip(done.tolist(), cut_off, strict=True)]
-        keeps_goal = (obs["desired_goal"] == next_obs["desired_goal"]).all(axis=1) | done
-        took_place = self._took_place(obs, done.tolist(), infos)
-        took_place = [took and keeps for took, keeps in zip(took_place, keeps_goal, strict=True)]
+        normalizes = self.env is not None and unwrap_vec_normalize(self.env) is not None
+        goal, next_goal = obs["desired_goal"], next_obs["desired_goal"]
+        if normalizes:
+            # It clips the last observations of episodes, which the buffer gets.
+            next_goal = np.where(done[:, None], goal, next_goal)
+        # Where steps have no numbers, or VecNormalize has been used by others, another goal may be
+        # that of another episode.
+        keeps_goal = (goal == next_goal).all(axis=1)
+        took_place = [
+            took and (keeps or (KEY in info and not normalizes))
+            for took, keeps, info in zip(
+                self._took_place(obs, done.tolist(), infos), keeps_goal, infos, strict=True
+            )
+        ]
+        is_checked = [
+            took and not (normalizes and last) for took, last in zip(took_place, done, strict=True)
+        ]
         if self._reward is None:
-            goals = next_obs["achieved_goal"], next_obs["desired_goal"]
-            is_checked = took_place
-            if self.env is not None and unwrap_vec_normalize(self.env) is not None:
-                # It clips the last observations of episodes, which the buffer gets.
-                is_checked = [
-                    took and not last for took, last in zip(took_place, done, strict=True)
-                ]
-            self._config.check_rewards(*goals, reward, is_checked)
+            self._config.check_rewards(next_obs["achieved_goal"], next_goal, reward, is_checked)
         self._native.add_steps(
             obs["observation"],
             obs["achieved_goal"],
@@ -192,6 +200,7 @@ class HerReplayBuffer(TheirHerReplayBuffer):
             action,
             next_obs["observation"],
             next_obs["achieved_goal"],
+            next_goal,
             reward,
             terminated,
             cut_off,
