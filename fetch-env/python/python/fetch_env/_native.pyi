@@ -11,6 +11,7 @@ from typing_extensions import Self, Unpack
 
 from .acting import Act
 from .env import Observation
+from .kinds import OtherKind
 from .rewards import Reward, Terminated
 from .settings import EpisodeOptions, Settings
 
@@ -135,7 +136,7 @@ class Buffer:
 
     def __new__(
         cls,
-        config: Config,
+        kind: Config | OtherKind,
         capacity: int,
         num_envs: int,
         episode_len: int | None = None,
@@ -143,7 +144,7 @@ class Buffer:
         settings: str = "{}",
     ) -> Self: ...
     def __len__(self) -> int: ...
-    def check_kind(self, config: Config) -> None: ...
+    def check_kind(self, kind: Config | OtherKind) -> None: ...
     def record(self, envs: VecEnv, fields: Mapping[str, ArrayLike] | None = None) -> None: ...
     def resume(self, envs: VecEnv) -> None: ...
     def add_episode(
@@ -184,8 +185,8 @@ class Buffer:
         action: ArrayLike,
         next_observation: ArrayLike,
         next_achieved_goal: ArrayLike,
-        reward: ArrayLike,
         next_desired_goal: ArrayLike,
+        reward: ArrayLike,
         terminated: list[bool],
         truncated: list[bool],
         took_place: list[bool],
@@ -203,8 +204,7 @@ class Buffer:
         reward: Reward | None = None,
         terminated: Terminated | None = None,
     ) -> dict[str, NDArray[Any]]: ...
-    @staticmethod
-    def check_sampling(settings: str) -> None: ...
+    def check_sampling(self, settings: str) -> None: ...
     def set_priorities(self, transitions: ArrayLike, priorities: ArrayLike) -> None: ...
     def priority(self, transition: int) -> float | None: ...
     def clear(self) -> None: ...
@@ -227,9 +227,9 @@ class Policy:
     def save(self, path: str | os.PathLike[str]) -> None: ...
     def to_bytes(self) -> bytes: ...
     def header(self) -> str: ...
+    def layers(self) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]: ...
     def act(
         self, observation: ArrayLike, achieved_goal: ArrayLike, desired_goal: ArrayLike
-    def layers(self) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]: ...
     ) -> NDArray[np.float32]: ...
 
 class Trainer:
@@ -280,11 +280,11 @@ def robustness(
 def write_dataset(
     config: Config,
     set: str,  # noqa: A002
+    policy: Policy | Act | None,
+    batched: bool,
     format: str,  # noqa: A002
     folder: str | os.PathLike[str],
     episodes: int,
-    policy: Policy | Act | None,
-    batched: bool,
     seed: int,
     snapshots: bool,
 ) -> str: ...

@@ -137,10 +137,10 @@ class Adding:
         """Add a whole episode of T steps.
 
         Args:
-            observation: Of shape (T + 1, 10 or 25).
-            achieved_goal: Of shape (T + 1, 3), in meters.
-            desired_goal: Of shape (3,), in meters.
-            action: Of shape (T, 4).
+            observation: Of shape (T + 1, length): 10 or 25 for Fetch.
+            achieved_goal: Of shape (T + 1, length): for Fetch 3, in meters.
+            desired_goal: Of shape (length,).
+            action: Of shape (T, length): 4 for Fetch.
             reward: Of shape (T,).
             terminated: Whether the last step ended the task.
             truncated: Whether the last step cut the episode off.

@@ -11,6 +11,7 @@ import gymnasium
 
 from . import _native
 from .adding import Adding
+from .kinds import method_of, native_kind, other_kind, reward_of
 from .rewards import GoalRewards, check_function, episode_len, own_rewards, refuse_own_rewards
 from .sampling import all_to_json, fields_of, to_json
 from .seeds import Seeds
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
+    from .kinds import OtherKind
     from .rewards import Reward, Terminated
     from .sampling import GoalStrategy, MotionlessEpisodes, Priorities, Sampling
     from .settings import ConfigArguments
@@ -52,12 +54,28 @@ class HerBuffer(Adding):
     Relabelled transitions get the rewards of the environment's settings, or those of ``reward``;
     the others keep their own. Several threads may use a buffer: their calls wait for each other.
 
+    Other goal-conditioned environments of Gymnasium have one, too, if ``observation``,
+    ``achieved_goal``, ``desired_goal`` and the action are vectors::
+
+        env = gymnasium.make("PointMaze_UMaze-v3")
+        buffer = fetch_env.HerBuffer(env, capacity=1_000_000)
+        observation, _ = env.reset(seed=0)
+        buffer.begin_episode(observation)
+        action = env.action_space.sample()
+        observation, reward, terminated, truncated, _ = env.step(action)
+        buffer.add_step(action, observation, reward, terminated=terminated, truncated=truncated)
+
+    Their steps are added with :meth:`begin_episode` and :meth:`add_step`, other keys of the
+    observation are left out, and ``reward`` and ``terminated`` are by default their
+    ``compute_reward`` and ``compute_terminated``, with which the buffer is pickled.
+
     Args:
         env: The environment, one or many, that determines lengths and rewards; wrappers may be
             around it.
         capacity: Number of transitions; the oldest episodes make room for new ones.
         reward: A function of achieved goals and desired goals, ``float32`` arrays of shape (N, 3),
-            and infos, a list of N empty dictionaries, that returns the N rewards of a whole batch.
+            or of the length of other goals, and infos, a list of N empty dictionaries, that returns
+            the N rewards of a whole batch.
         terminated: A function of the same arguments that returns whether each of N steps ends the
             task, for the setting ``termination`` of :meth:`sample`. By default none does.
         fields: Lengths of additional vectors of every transition, by name, such as
@@ -71,6 +89,7 @@ class HerBuffer(Adding):
     Raises:
         ValueError: If the environment, a wrapper or a subclass has rewards of its own and
             ``reward`` is not given, an episode is longer than the capacity, or a setting is wrong.
+        TypeError: If the environment is not goal-conditioned, or its parts are no vectors.
     """
 
     # What pickles without them had.
@@ -96,15 +115,16 @@ class HerBuffer(Adding):
     ) -> None:
         """Create an empty buffer; see the class."""
         inner: Any = getattr(env, "unwrapped", env)
-        if not isinstance(inner, GoalRewards):
-            kind = type(inner).__name__
-            message = f"{kind} is not a FetchEnv or a FetchVectorEnv: pass one, wrapped or not"
-            raise TypeError(message)
-        if reward is None:
-            refuse_own_rewards(own_rewards(env))
+        if isinstance(inner, GoalRewards):
+            self._make: ConfigArguments | OtherKind = inner.config_arguments()
+            if reward is None:
+                refuse_own_rewards(own_rewards(env))
+        else:
+            self._make = other_kind(env)
+            reward = reward_of(env) if reward is None else reward
+            terminated = method_of(env, "compute_terminated") if terminated is None else terminated
         check_function("reward", reward)
         check_function("terminated", terminated)
-        self._make: ConfigArguments = inner.config_arguments()
         self._episode_len = episode_len(env)
         self._reward = reward
         self._terminated = terminated
@@ -114,7 +134,8 @@ class HerBuffer(Adding):
         self._seeds = Seeds(seed)
         num_envs = 1 if isinstance(env, gymnasium.Env) else env.num_envs
         self._native = self._empty(capacity, num_envs)
-        self._env = weakref.ref(inner)
+        self._env = weakref.ref(inner) if isinstance(inner, GoalRewards) else None
+        self._known = None
         self._check_env()
 
     def _check_env(self) -> None:
@@ -125,9 +146,9 @@ class HerBuffer(Adding):
             self._known = inner._config  # noqa: SLF001
 
     def _empty(self, capacity: int, num_envs: int) -> _native.Buffer:
-        config, has_own_reward = _native.Config(**self._make), self._reward is not None
+        kind, has_own_reward = native_kind(self._make), self._reward is not None
         return _native.Buffer(
-            config, capacity, num_envs, self._episode_len, has_own_reward, self._settings
+            kind, capacity, num_envs, self._episode_len, has_own_reward, self._settings
         )
 
     def __len__(self) -> int:

@@ -27,7 +27,7 @@ Terminated: TypeAlias = Reward
 TIME_LIMIT = "_max_episode_steps"
 
 #: Wrappers of Gymnasium that change rewards without a ``compute_reward``.
-_REWARD_WRAPPERS = (
+REWARD_WRAPPERS = (
     gymnasium.RewardWrapper,
     gymnasium.vector.VectorRewardWrapper,
     gymnasium.wrappers.NormalizeReward,
@@ -40,7 +40,7 @@ class _ChangesRewards(type):
         # Some wrappers forward what they do not have to the environment.
         method = getattr(wrapper, "compute_reward", None)
         is_own = method is not None and getattr(method, "__func__", None) is not _COMPUTE_REWARD
-        return is_own or isinstance(wrapper, _REWARD_WRAPPERS)
+        return is_own or isinstance(wrapper, REWARD_WRAPPERS)
 
 
 class ChangesRewards(metaclass=_ChangesRewards):

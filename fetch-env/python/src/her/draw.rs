@@ -43,7 +43,7 @@ impl Buffer {
         let (Integer(batch_size), Integer(seed)) = (batch_size, seed);
         let strategy = settings::parse("strategy", strategy)?;
         let ratio = UnitInterval::new(ratio).map_err(Error::value)?;
-        let sampler = settings::with(Sampler::new(batch_size, strategy, ratio), settings)?;
+        let sampler = self.sampler(Sampler::new(batch_size, strategy, ratio), settings)?;
         let symmetry = match sampler.mirrored() {
             UnitInterval::ZERO => None,
             _ if reward.is_some() || terminated.is_some() => {
@@ -73,21 +73,35 @@ impl Buffer {
     }
 
     /// Raises an error if these are not settings of a draw.
-    #[staticmethod]
-    fn check_sampling(settings: &str) -> Result<()> {
+    fn check_sampling(&self, settings: &str) -> Result<()> {
         let sampler = Sampler::new(1, GoalStrategy::Future, UnitInterval::ZERO);
-        settings::with(sampler, settings).map(drop)
+        self.sampler(sampler, settings).map(drop)
     }
 }
 
 impl Buffer {
+    /// Changes a sampler by settings that JSON names.
+    fn sampler(&self, sampler: Sampler, settings: &str) -> Result<Sampler> {
+        let sampler = settings::with(sampler, settings)?;
+        let keeps_all = sampler.keep_already_achieved() == UnitInterval::ONE;
+        if self.env.is_some() || (keeps_all && !sampler.success()) {
+            return Ok(sampler);
+        }
+        Err(Error::value(
+            "success and keep_already_achieved: only Fetch tasks have a distance threshold, so \
+             leave them out",
+        ))
+    }
+
     /// Returns the symmetry of the draw with this seed: those of the environment take turns.
     fn symmetry(&self, py: Python<'_>, seed: u64) -> Result<&Symmetry> {
         let symmetries = match self.symmetries.get() {
             Some(symmetries) => symmetries,
             None => {
                 let env = self.env.clone();
-                let symmetries = simulate(py, || make(env).map(|env| env.symmetries()))?;
+                let symmetries = simulate(py, || {
+                    env.map_or(Ok(Vec::new()), |env| make(env).map(|env| env.symmetries()))
+                })?;
                 self.symmetries.get_or_init(|| symmetries)
             }
         };

@@ -9,7 +9,6 @@ use serde_json::{Map, Value};
 
 use super::own_reward::OwnReward;
 use super::{Buffer, check_capacity};
-use crate::config::GOAL_LEN;
 use crate::error::{Error, Result};
 
 #[pymethods]
@@ -90,8 +89,8 @@ impl Buffer {
     ) -> Result<u64> {
         let goals = GoalColumns {
             array: "achieved_goals",
-            width: GOAL_LEN,
-            columns: 0..GOAL_LEN,
+            width: self.dims.goal,
+            columns: 0..self.dims.goal,
             desired: Some("desired_goals"),
         };
         let buffer = &mut self.contents.lock(py)?.buffer;

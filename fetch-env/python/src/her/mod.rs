@@ -20,14 +20,48 @@ use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 
+/// The environment whose transitions a buffer holds.
+#[derive(FromPyObject)]
+enum Kind<'py> {
+    /// A Fetch task.
+    Fetch(PyRef<'py, Config>),
+    /// Another one, by its name and the lengths of its observations, goals and actions.
+    Other((String, usize, usize, usize)),
+}
+
+impl Kind<'_> {
+    fn dims(&self) -> Dims {
+        match self {
+            Self::Fetch(config) => {
+                Dims { observation: config.observation_len(), goal: GOAL_LEN, action: ACTION_LEN }
+            }
+            Self::Other((_, observation, goal, action)) => {
+                Dims { observation: *observation, goal: *goal, action: *action }
+            }
+        }
+    }
+
+    /// Describes the kind of transitions; see [`Config::transitions`].
+    fn transitions(&self) -> String {
+        match self {
+            Self::Fetch(config) => config.transitions(),
+            Self::Other((name, observation, goal, action)) => {
+                format!("{name}, observation {observation}, goal {goal}, action {action}")
+            }
+        }
+    }
+}
+
 /// A hindsight replay buffer of `f32`, with the rewards of an environment.
 #[pyclass(frozen, module = "fetch_env._native")]
 pub(crate) struct Buffer {
     contents: Exclusive<Contents>,
-    env: FetchConfig,
+    /// The settings of a Fetch task.
+    env: Option<FetchConfig>,
+    /// Its rewards; those of other environments come from functions.
     reward: DistanceReward,
     dims: Dims,
-    /// The kind of transitions that the environments have; see [`Config::transitions`].
+    /// The kind of transitions that the environments have.
     transitions: String,
     /// The description of the contents in a file: the same, and whose rewards relabeled rows get.
     task: String,
@@ -50,7 +84,7 @@ impl Buffer {
     /// function.
     #[new]
     #[pyo3(signature = (
-        config,
+        kind,
         capacity,
         num_envs,
         episode_len = None,
@@ -58,16 +92,14 @@ impl Buffer {
         settings = "{}",
     ))]
     fn new(
-        config: &Config,
+        kind: Kind<'_>,
         capacity: Integer<usize>,
         num_envs: Integer<usize>,
         episode_len: Option<usize>,
         has_own_reward: bool,
         settings: &str,
     ) -> Result<Self> {
-        let dims =
-            Dims { observation: config.observation_len(), goal: GOAL_LEN, action: ACTION_LEN };
-        let transitions = config.transitions();
+        let (dims, transitions) = (kind.dims(), kind.transitions());
         let own = if has_own_reward { ", relabeled by another function" } else { "" };
         let task = format!("{transitions}{own}");
         check_capacity(capacity.0, episode_len)?;
@@ -75,7 +107,11 @@ impl Buffer {
         let buffer = settings::with(buffer, settings)?;
         let buffer = HerBuffer::new(buffer).map_err(Error::value)?;
         let contents = Exclusive::new(Contents { buffer, batch: Batch::new() });
-        let (env, reward) = (config.config.clone(), config.config.distance_reward());
+        let env = match &kind {
+            Kind::Fetch(config) => Some(config.config.clone()),
+            Kind::Other(_) => None,
+        };
+        let reward = env.as_ref().map_or(DistanceReward::sparse(), FetchConfig::distance_reward);
         let symmetries = OnceLock::new();
         Ok(Self { contents, env, reward, dims, transitions, task, episode_len, symmetries })
     }
@@ -139,9 +175,9 @@ impl Buffer {
         Ok(())
     }
 
-    /// Raises an error if environments with these settings have transitions of another kind.
-    fn check_kind(&self, config: &Config) -> Result<()> {
-        self.check_transitions(&config.transitions())
+    /// Raises an error if environments of a kind have transitions of another kind.
+    fn check_kind(&self, kind: Kind<'_>) -> Result<()> {
+        self.check_transitions(&kind.transitions())
     }
 
     /// The kind of transitions that it holds.

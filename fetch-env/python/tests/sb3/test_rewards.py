@@ -168,7 +168,7 @@ def test_infos_are_refused_with_a_reason():
     with pytest.raises(TypeError, match="pass a function"):
         model(single(), reward="sparse")
     env = DummyVecEnv([lambda: gymnasium.make("CartPole-v1")])
-    with pytest.raises(TypeError, match="not FetchEnv"):
+    with pytest.raises(TypeError, match="not dictionaries of observation"):
         sb3.HerReplayBuffer(100, env.observation_space, env.action_space, env)
 
 

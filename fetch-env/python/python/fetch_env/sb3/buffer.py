@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-import contextlib
 import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from gymnasium import RewardWrapper
 from stable_baselines3.common.buffers import BaseBuffer
+from stable_baselines3.common.preprocessing import get_action_dim
 from stable_baselines3.common.type_aliases import DictReplayBufferSamples
 from stable_baselines3.common.vec_env import VecNormalize, unwrap_vec_normalize
 from stable_baselines3.her import GoalSelectionStrategy
 from stable_baselines3.her import HerReplayBuffer as TheirHerReplayBuffer
 
 from fetch_env import _native
+from fetch_env.kinds import native_kind
 from fetch_env.numbering import KEY, begins_at, next_of
 from fetch_env.rewards import TIME_LIMIT, ChangesRewards, check_function, refuse_own_rewards
 from fetch_env.sampling import all_to_json, to_json
+
+from .parts import Parts
 
 if TYPE_CHECKING:
     import torch
@@ -26,9 +30,11 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from fetch_env.env import Observation
+    from fetch_env.kinds import OtherKind
     from fetch_env.numbering import Next, StepNumber
     from fetch_env.rewards import Reward, Terminated
     from fetch_env.sampling import Sampling
+    from fetch_env.settings import ConfigArguments
 
 #: Settings of a draw that Stable-Baselines3 has no place for, and what to do.
 REFUSED = {
@@ -62,10 +68,17 @@ class HerReplayBuffer(TheirHerReplayBuffer):
     last observation of an episode is the one that Stable-Baselines3 gives to its own buffer, too:
     normalized, clipped and scaled back.
 
+    Other goal-conditioned environments have it, too, with any keys in their observations that are
+    vectors of numbers. Relabelled rows get the rewards of their ``compute_reward``, or of
+    ``reward``. As their steps have no numbers, the first one after a use of your own may join what
+    did not follow, as in Stable-Baselines3's own buffer, and a step with another goal than the one
+    before is not stored.
+
     Raises:
         ValueError: If an environment, a wrapper or a subclass has rewards of its own and ``reward``
             is not given, an episode is longer than the buffer, or the buffer is given environments
             with transitions of another kind (see :class:`fetch_env.HerBuffer`).
+        TypeError: If observations are no dictionaries with goals, or have images.
     """
 
     # What pickles without them had.
@@ -99,6 +112,7 @@ class HerReplayBuffer(TheirHerReplayBuffer):
                 "reward=, a function of the goals, or use Stable-Baselines3's HerReplayBuffer"
             )
             raise ValueError(message)
+        self._parts = Parts(observation_space)
         BaseBuffer.__init__(self, buffer_size, observation_space, action_space, device, n_envs)
         self.env = env
         self.handle_timeout_termination = handle_timeout_termination
@@ -112,39 +126,61 @@ class HerReplayBuffer(TheirHerReplayBuffer):
                 message = f"Stable-Baselines3 has no place for {name}: {instead}"
                 raise ValueError(message)
         self._sampling = all_to_json(**settings)
-        _native.Buffer.check_sampling(self._sampling)
         self._reward, self._terminated = reward, terminated
-        if not env.has_attr("config_arguments"):
-            message = "the environments are not FetchEnv: use Stable-Baselines3's HerReplayBuffer"
-            raise TypeError(message)
         if reward is None:
-            if any(env.env_is_wrapped(ChangesRewards)):  # type: ignore[arg-type]
-                refuse_own_rewards("a wrapper")
-            for name in env.env_method("own_rewards"):
-                refuse_own_rewards(name)
+            self._refuse_own_rewards(env)
         check_function("reward", reward)
         check_function("terminated", terminated)
-        self._make = env.env_method("config_arguments", indices=[0])[0]
+        self._make = self._kinds(env)[0]
         self._episode_len = max(env.get_attr(TIME_LIMIT)) if env.has_attr(TIME_LIMIT) else None
         self._native = self._empty()
+        self._native.check_sampling(self._sampling)
         self._next: list[Next | None] = [None] * n_envs
         self._number_steps(env)
         self._check_kind(env)
 
+    @staticmethod
+    def _refuse_own_rewards(env: VecEnv) -> None:
+        is_ours = env.has_attr("config_arguments")
+        if any(env.env_is_wrapped(ChangesRewards if is_ours else RewardWrapper)):  # type: ignore[arg-type]
+            refuse_own_rewards("a wrapper")
+        if is_ours:
+            for name in env.env_method("own_rewards"):
+                refuse_own_rewards(name)
+        elif not env.has_attr("compute_reward"):
+            message = "the environments have no compute_reward: pass reward="
+            raise ValueError(message)
+
+    def _kinds(self, env: VecEnv) -> list[ConfigArguments | OtherKind]:
+        """Return the settings of Fetch environments, and the lengths of others."""
+        if env.has_attr("config_arguments"):
+            kinds: list[ConfigArguments | OtherKind] = env.env_method("config_arguments")
+            return kinds
+        lengths = *Parts(env.observation_space).lengths(), get_action_dim(env.action_space)
+        return [("other environments", *lengths)]
+
     def _check_kind(self, env: VecEnv) -> None:
-        for settings in env.env_method("config_arguments"):
-            self._native.check_kind(_native.Config(**settings))
+        for kind in self._kinds(env):
+            self._native.check_kind(native_kind(kind))
 
     def _number_steps(self, env: VecEnv) -> None:
-        """Let the environments number their steps; ours for Stable-Baselines3 always do."""
-        with contextlib.suppress(AttributeError):
+        """Let Fetch environments number their steps; ours for Stable-Baselines3 always do."""
+        if env.has_attr("number_steps"):
             env.env_method("number_steps")
 
     def _empty(self) -> _native.Buffer:
-        self._config, has_own_reward = _native.Config(**self._make), self._reward is not None
+        kind, has_own_reward = native_kind(self._make), self._reward is not None
+        self._config = None if isinstance(kind, tuple) else kind
         return _native.Buffer(
-            self._config, self.buffer_size, self.n_envs, self._episode_len, has_own_reward
+            kind, self.buffer_size, self.n_envs, self._episode_len, has_own_reward
         )
+
+    def _judge(self, method: str) -> Reward | None:
+        """Return a method of other environments as a function of a batch."""
+        env = self.env
+        if self._config is not None or env is None or not env.has_attr(method):
+            return None
+        return lambda *goals: env.env_method(method, *goals, indices=[0])[0]
 
     def set_env(self, env: VecEnv) -> None:
         """Go on with an environment, after the buffer was loaded.
@@ -191,16 +227,12 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         is_checked = [
             took and not (normalizes and last) for took, last in zip(took_place, done, strict=True)
         ]
-        if self._reward is None:
+        if self._reward is None and self._config is not None:
             self._config.check_rewards(next_obs["achieved_goal"], next_goal, reward, is_checked)
         self._native.add_steps(
-            obs["observation"],
-            obs["achieved_goal"],
-            obs["desired_goal"],
-            action,
-            next_obs["observation"],
-            next_obs["achieved_goal"],
-            next_goal,
+            *self._parts.columns(obs),
+            action.reshape(self.n_envs, self.action_dim),
+            *self._parts.columns({**next_obs, "desired_goal": next_goal}),
             reward,
             terminated,
             cut_off,
@@ -248,14 +280,19 @@ class HerReplayBuffer(TheirHerReplayBuffer):
             self.her_ratio,
             seed,
             self._sampling,
-            self._reward,
-            self._terminated,
+            self._reward or self._judge("compute_reward"),
+            self._terminated or self._judge("compute_terminated"),
         )
-        goal = batch["desired_goal"]
-        now = {part: batch[part] for part in ("achieved_goal", "observation")}
-        after = {part: batch[f"next_{part}"] for part in ("achieved_goal", "observation")}
         observations, next_observations = (
-            self._normalize_obs({"desired_goal": goal, **parts}, env) for parts in (now, after)
+            self._normalize_obs(
+                self._parts.of(
+                    batch[f"{when}observation"],
+                    batch[f"{when}achieved_goal"],
+                    batch["desired_goal"],
+                ),
+                env,
+            )
+            for when in ("", "next_")
         )
         dones = batch["terminated"]
         if not self.handle_timeout_termination:
@@ -266,7 +303,10 @@ class HerReplayBuffer(TheirHerReplayBuffer):
             discounts["discounts"] = self._tensor(batch["discount"].reshape(-1, 1))
         return DictReplayBufferSamples(
             observations=self._to_torch(observations),
-            actions=self._tensor(batch["action"]),
+            actions=self.to_torch(
+                batch["action"].astype(self._maybe_cast_dtype(self.action_space.dtype), copy=False),
+                copy=False,
+            ),
             next_observations=self._to_torch(next_observations),
             dones=self._tensor(dones.reshape(-1, 1).astype(np.float32)),
             rewards=self._tensor(rewards),
@@ -305,6 +345,7 @@ class HerReplayBuffer(TheirHerReplayBuffer):
         """Recreate the buffer; ``set_env`` is not needed to draw from it."""
         contents = state.pop("_native")
         state.setdefault("_next", [None] * state["n_envs"])
+        state.setdefault("_parts", Parts(state["observation_space"]))
         super().__setstate__(state)
         self._native = self._empty()
         self._native.set_bytes(contents)
