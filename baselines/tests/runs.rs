@@ -135,7 +135,7 @@ fn begin(path: &Path, overwrite: bool) -> Result<Ready, RunsError> {
     let mut description = RunDescription::new(reach(), Preset::Fast, 7);
     (description.steps, description.target) = (200, 2.0);
     let settings = short().expect("they are settings");
-    let new = NewRun { description, settings, overwrite };
+    let new = NewRun { description, settings, start: None, overwrite };
     new.begin(path, 1, Box::new(OneProcess), |_| Ok(()))
 }
 
@@ -185,7 +185,8 @@ fn a_run_begins_or_is_resumed_and_is_no_other() -> Result {
         let (model, id) = (RunModel::Builtin, reach());
         let mut description = RunDescription::of_settings(id, model, config, &settings, seed);
         (description.steps, description.target) = (200, 2.0);
-        NewRun { description, settings, overwrite: false }.resume_or_begin(folder.path(), 1)
+        NewRun { description, settings, start: None, overwrite: false }
+            .resume_or_begin(folder.path(), 1)
     };
     let config = || FetchConfig::from(reach());
     let Ready { mut trainer, folder: files, .. } = new(7, short()?, config())?;

@@ -26,6 +26,19 @@ pub enum TrainError {
         /// What it must be.
         expected: &'static str,
     },
+    /// A run cannot start from a policy.
+    #[error(
+        "the run cannot start from the policy, which has {what} {policy}: the run has {run}; change \
+         its settings, or start from another policy"
+    )]
+    Start {
+        /// What differs.
+        what: &'static str,
+        /// What the policy has.
+        policy: String,
+        /// What the run has.
+        run: String,
+    },
     /// The actions of the environment are not from -1 to 1.
     #[error("the actions of the environment are not from -1 to 1: wrap it with RescaleAction")]
     ActionSpace,

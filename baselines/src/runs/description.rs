@@ -40,6 +40,9 @@ pub struct RunDescription {
     pub preset: Preset,
     /// Where the demonstrations come from: a number of scripted episodes, or a file.
     pub demos: Option<String>,
+    /// The policy that the run started from, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<String>,
     /// What differs from the preset and from the environment's own settings, such as `gamma=0.98`.
     pub changes: Vec<String>,
 }
@@ -84,6 +87,7 @@ impl RunDescription {
             seed,
             preset,
             demos: None,
+            start: None,
             changes: Vec::new(),
         }
     }
@@ -143,9 +147,11 @@ impl RunDescription {
             let stem = Path::new(demos).file_stem().unwrap_or(demos.as_ref());
             format!("demos={}", file_name(&stem.to_string_lossy()).replace('-', "%2D"))
         });
+        let start = self.start.iter().map(|start| format!("start={}", file_name(start)));
+        let start = start.map(|start| start.replace('-', "%2D"));
         let changes = self.changes.iter().map(|change| file_name(change));
         let parts = [file_name(&self.env_id.to_string()), self.preset.to_string()];
-        parts.into_iter().chain(demos).chain(changes).collect::<Vec<_>>().join("-")
+        parts.into_iter().chain(demos).chain(start).chain(changes).collect::<Vec<_>>().join("-")
     }
 
     /// Whether two runs may have the same name.

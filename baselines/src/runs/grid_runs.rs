@@ -219,7 +219,7 @@ impl GridRun {
             self.checked(RunFolder::open(&self.path)?)?;
         }
         let (description, settings) = (self.description.clone(), self.settings.clone());
-        let new = NewRun { description, settings, overwrite };
+        let new = NewRun { description, settings, start: None, overwrite };
         new.begin(&self.path, 1, Box::new(OneProcess), |_| Ok(()))
     }
 

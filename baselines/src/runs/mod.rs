@@ -18,7 +18,7 @@
 //! let description = RunDescription::new(env_id, Preset::Fast, 0);
 //! let settings = Preset::Fast.settings(env_id.task);
 //! let plan = RunPlan::of(&description);
-//! let new = NewRun { description, settings, overwrite: false };
+//! let new = NewRun { description, settings, start: None, overwrite: false };
 //! let Ready { mut trainer, folder, .. } =
 //!     new.begin("reach", 2, Box::new(OneProcess), |_| Ok::<_, RunsError>(()))?;
 //! plan.run(&mut trainer, Some(&folder), &mut |_: &_, row: Option<&_>| {

@@ -8,6 +8,7 @@ use super::description::RunDescription;
 use super::error::RunsError;
 use super::folder::RunFolder;
 use crate::learn::{CheckpointError, Resumed, TrainSettings, Trainer};
+use crate::trained::TrainedPolicy;
 use crate::workers::{OneProcess, UnreadableMessage, Workers, gather_values};
 
 /// A run that is ready to go on.
@@ -27,6 +28,8 @@ pub struct NewRun {
     pub description: RunDescription,
     /// The settings of the learner.
     pub settings: TrainSettings,
+    /// The policy that it [starts from](Trainer::start_from).
+    pub start: Option<TrainedPolicy>,
     /// Whether it replaces the run in its folder.
     pub overwrite: bool,
 }
@@ -66,22 +69,35 @@ impl NewRun {
     ) -> Result<Trainer<MujocoEnv>, RunsError> {
         let make = maker(self.description.config());
         let (settings, seed) = (self.settings.clone(), self.description.seed);
-        Ok(Trainer::with_workers(make, settings, seed, num_threads, workers)?)
+        let mut trainer = Trainer::with_workers(make, settings, seed, num_threads, workers)?;
+        if let Some(policy) = &self.start {
+            trainer.start_from(policy)?;
+        }
+        Ok(trainer)
     }
 
     /// Begins the run of a trainer in a folder.
     fn begin_with(self, mut trainer: Trainer<MujocoEnv>, path: &Path) -> Result<Ready, RunsError> {
+        let description = RunDescription { start: self.start_name(), ..self.description };
         let folder = if trainer.workers().rank() == 0 {
-            RunFolder::create(path, self.description, self.overwrite)?
+            RunFolder::create(path, description, self.overwrite)?
         } else {
-            RunFolder::of_other(path, self.description)
+            RunFolder::of_other(path, description)
         };
         trainer.save(path)?;
         Ok(Ready { trainer, folder })
     }
 
+    /// Describes the policy that the run starts from.
+    fn start_name(&self) -> Option<String> {
+        let header = self.start.as_ref()?.header();
+        let (env_id, seed, steps) = (&header.env_id, header.seed, header.steps);
+        Some(format!("{env_id}, seed {seed}, {steps} steps"))
+    }
+
     /// Continues the run in a folder from its last checkpoint, or begins this one if there is none.
-    /// The run in the folder keeps its own steps and target; everything else must be the same.
+    /// The run in the folder keeps its own steps and target, and does not need the policy that it
+    /// started from; everything else must be the same.
     ///
     /// # Errors
     /// Those of [`begin`](Self::begin) and [`Ready::resume`], and
@@ -96,6 +112,7 @@ impl NewRun {
         if !RunFolder::has_checkpoint(path)? {
             return self.begin(path, num_threads, Box::new(OneProcess), |_| Ok(()));
         }
+        let start = self.start_name();
         let Self { description, settings, .. } = self;
         let ready = Ready::resume(path, num_threads)?;
         let found = ready.folder.description();
@@ -104,6 +121,10 @@ impl NewRun {
                 true => "other settings of the environment".to_owned(),
                 false => format!("the environment {}", found.env_id),
             };
+            return Err(CheckpointError::OtherSettings { folder: path.to_owned(), what }.into());
+        }
+        if start.is_some() && start != found.start {
+            let what = "another policy to start from".to_owned();
             return Err(CheckpointError::OtherSettings { folder: path.to_owned(), what }.into());
         }
         ready.trainer.check_same(&settings, description.seed, path)?;

@@ -15,6 +15,7 @@ mod rewards;
 mod runs;
 mod same_bits;
 mod settings;
+mod starting;
 mod temperature;
 mod unreadable_states;
 mod watched;

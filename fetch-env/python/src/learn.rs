@@ -85,6 +85,7 @@ impl Trainer {
         num_threads: Integer<usize>,
         out: Option<PathBuf>,
         resume: bool,
+        start: Option<PyRef<'_, Policy>>,
     ) -> Result<Self> {
         let Integer(seed) = seed;
         let num_threads = match num_threads.0 {
@@ -99,7 +100,9 @@ impl Trainer {
         let mut description = describe(config, &settings, seed)?;
         // No success rate is 2.
         (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
-        let run = simulate(py, || Run::new(description, settings, num_threads, out, resume))?;
+        let start = start.map(|policy| policy.copy(py)).transpose()?;
+        let new = NewRun { description, settings, start, overwrite: false };
+        let run = simulate(py, || Run::new(new, num_threads, out, resume))?;
         if let Some(folder) = run.folder.as_ref().filter(|folder| folder.is_shared()) {
             let path = folder.path().display();
             let text = format!(
@@ -183,15 +186,8 @@ impl Trainer {
 }
 
 impl Run {
-    fn new(
-        description: RunDescription,
-        settings: TrainSettings,
-        num_threads: usize,
-        out: Option<PathBuf>,
-        resume: bool,
-    ) -> Result<Self> {
-        let mut plan = RunPlan::of(&description);
-        let new = NewRun { description, settings, overwrite: false };
+    fn new(new: NewRun, num_threads: usize, out: Option<PathBuf>, resume: bool) -> Result<Self> {
+        let mut plan = RunPlan::of(&new.description);
         let (mut trainer, folder) = match &out {
             None => {
                 let trainer = new.trainer(num_threads, Box::new(OneProcess));

@@ -345,3 +345,24 @@ def test_the_package_is_reloaded_without_a_warning():
         warnings.simplefilter("error")
         importlib.reload(fetch_env)
     assert error.getvalue() == ""
+
+
+def test_a_run_starts_from_a_policy_which_a_resumed_one_does_not_need(short, tmp_path):
+    def train(**arguments):
+        return fetch_env.train("FetchReach-v4", short, seed=5, progress=False, **arguments)
+
+    start = fetch_env.train("FetchReach-v4", short, steps=400, target=None, progress=False).policy
+    begun = train(start=start, steps=0, out=tmp_path).policy
+    seen = {"observation": np.ones(10), "achieved_goal": np.ones(3), "desired_goal": np.ones(3)}
+    np.testing.assert_array_equal(begun(seen), start(seen))
+    assert not np.array_equal(train(steps=0).policy(seen), start(seen))
+    described = json.loads((tmp_path / "run.json").read_text())["start"]
+    assert described == "FetchReach-v4, seed 0, 400 steps"
+    resumed = train(steps=400, out=tmp_path, resume=True)
+    assert outcome(resumed) == outcome(train(start=start, steps=400))
+    with pytest.raises(ValueError, match="another policy to start from"):
+        train(start=fetch_env.Policy.shipped("FetchPush-v4"), out=tmp_path, resume=True)
+    with pytest.raises(ValueError, match=r"layers of the sizes \[64, 64, 4\].* \[32, 32, 4\]"):
+        train(start=fetch_env.Policy.shipped("FetchReach-v4"))
+    with pytest.raises(TypeError, match=r"start is str: pass a fetch_env\.Policy"):
+        train(start="policy.safetensors")

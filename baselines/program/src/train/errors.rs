@@ -12,7 +12,9 @@ use crate::output::usage;
 /// can have, is one of wrong usage.
 pub fn in_flags(error: anyhow::Error) -> anyhow::Error {
     match error.downcast_ref() {
-        Some(RunsError::Train(TrainError::Setting { .. })) => usage(error),
+        Some(RunsError::Train(TrainError::Setting { .. } | TrainError::Start { .. })) => {
+            usage(error)
+        }
         Some(RunsError::Folder(of_folder)) => match of_folder {
             FolderError::HasRun { folder, has_checkpoint } => anyhow!(
                 "{} has a run: {}replace it with --overwrite, or choose another folder with --out",

@@ -13,7 +13,7 @@ use std::{
 };
 
 use baselines::{
-    Estimate,
+    Estimate, TrainedPolicy,
     learn::{CurveRow, Preset, Resumed, Target, TrainSettings, Trainer, UpdateSeconds, limits},
     runs::{Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan},
     workers::{Workers, gather_values},
@@ -73,6 +73,9 @@ pub struct Args {
     /// saved buffer
     #[arg(long, value_parser = options::demos)]
     demos: Option<String>,
+    /// Policy to start from: its actor, and the normalizers of its inputs
+    #[arg(long, value_name = "FILE")]
+    start: Option<PathBuf>,
     /// Change a setting, such as gamma=0.98; can be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -92,14 +95,14 @@ pub struct Args {
     overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
     #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs"])]
-    #[arg(conflicts_with_all = ["demos", "updates", "set", "vary", "model", "out", "overwrite"])]
+    #[arg(conflicts_with_all = ["demos", "start", "updates", "set", "vary", "model", "out", "overwrite"])]
     resume: Option<PathBuf>,
     /// Run every setting of a grid with every seed, one run per thread; the same command continues
     /// where it stopped. The file is JSON: env_id, preset, steps and target as in the flags, seeds
     /// (a list), and set (an object with a list of values for each key of --set)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["env_id", "preset", "algorithm", "seed"])]
     #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "vary", "model"])]
-    #[arg(conflicts_with_all = ["overwrite", "resume", "mpi"])]
+    #[arg(conflicts_with_all = ["start", "overwrite", "resume", "mpi"])]
     grid: Option<PathBuf>,
     /// Minimum number of seconds between two checkpoints
     #[arg(long, default_value = "30", value_parser = options::seconds)]
@@ -189,7 +192,8 @@ fn start(
     };
     let is_first = workers.rank() == 0;
     let (description, settings) = (describe(args, seed)?, settings.clone());
-    let new = NewRun { description, settings, overwrite: args.overwrite };
+    let start = args.start.as_ref().map(TrainedPolicy::load).transpose()?;
+    let new = NewRun { description, settings, start, overwrite: args.overwrite };
     new.begin(path, args.threads.get(), workers, |trainer| {
         let Some(demos) = &args.demos else { return Ok(()) };
         options::add_demos(trainer, args, demos, seed)?;

@@ -29,7 +29,7 @@ pub enum AlgorithmChoice {
 }
 
 /// Returns what all ranks of a run must have in common, besides the settings.
-pub fn facts(args: &Args) -> [(&'static str, String); 11] {
+pub fn facts(args: &Args) -> [(&'static str, String); 12] {
     [
         ("command", "train".to_owned()),
         ("--env-id", args.env_id.to_string()),
@@ -40,6 +40,7 @@ pub fn facts(args: &Args) -> [(&'static str, String); 11] {
         ("--updates", format!("{:?}", args.updates)),
         ("--target", format!("{:?}", args.target)),
         ("--demos", format!("{:?}", args.demos)),
+        ("--start", format!("{:?}", args.start)),
         ("--vary", format!("{:?}", args.vary)),
         ("--resume", format!("{:?}", args.resume)),
     ]

@@ -146,6 +146,14 @@ impl Algorithm for Ddpg {
         self.networks.averaged_actor.layer_weights()
     }
 
+    fn set_greedy_layers(&mut self, layers: &[LayerWeights]) -> bool {
+        let Networks { actor, target_actor, averaged_actor, .. } = &mut self.networks;
+        for network in [&mut actor.network, target_actor, averaged_actor] {
+            network.set_layer_weights(layers);
+        }
+        true
+    }
+
     fn state_mut(&mut self) -> StateMut<'_> {
         let networks = &mut self.networks;
         let mut state = StateMut { num_updates: &mut self.num_updates, vectors: Vec::new() };

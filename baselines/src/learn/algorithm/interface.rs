@@ -118,6 +118,14 @@ pub trait Algorithm: Debug + Send {
     /// units between them and a hyperbolic tangent of the outputs.
     fn greedy_layers(&self) -> Vec<LayerWeights>;
 
+    /// Lets the actor begin with these layers, which have the shapes of the
+    /// [greedy](Self::greedy_layers) ones, in everything that follows it too, and returns true. The
+    /// default can not, and returns false.
+    fn set_greedy_layers(&mut self, layers: &[LayerWeights]) -> bool {
+        let _ = layers;
+        false
+    }
+
     /// Returns everything that later updates depend on, to be saved or replaced.
     fn state_mut(&mut self) -> StateMut<'_>;
 }

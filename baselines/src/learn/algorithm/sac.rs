@@ -163,6 +163,12 @@ impl Algorithm for Sac {
         layers
     }
 
+    /// Sets the means of the actions. Their standard deviations begin as in every run.
+    fn set_greedy_layers(&mut self, layers: &[LayerWeights]) -> bool {
+        self.networks.actor.network.set_layer_weights(layers);
+        true
+    }
+
     fn state_mut(&mut self) -> StateMut<'_> {
         let Networks { actor, critics: [first, second], targets } = &mut self.networks;
         let [first_target, second_target] = targets;

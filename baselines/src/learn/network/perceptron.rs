@@ -160,6 +160,19 @@ impl Network {
         self.shape.layers().into_iter().map(weights).collect()
     }
 
+    /// Replaces weights and biases by those of layers, which may have fewer outputs: then the first
+    /// ones of each layer.
+    pub(crate) fn set_layer_weights(&mut self, layers: &[LayerWeights]) {
+        for (layer, new) in self.shape.layers().into_iter().zip(layers) {
+            let ParametersMut { weights, biases, .. } = layer.of_mut(&mut self.parameters);
+            let rows = weights.chunks_exact_mut(layer.num_outputs);
+            for (own, new) in rows.zip(new.weights.chunks_exact(new.biases.len())) {
+                own[..new.len()].copy_from_slice(new);
+            }
+            biases[..new.biases.len()].copy_from_slice(&new.biases);
+        }
+    }
+
     /// Moves the parameters a fraction of the way towards those of another network of the same
     /// shape, as target networks do.
     pub fn follow(&mut self, other: &Self, fraction: f32) {

@@ -12,6 +12,7 @@ pub(crate) mod inputs;
 mod offline;
 mod replay;
 mod seeds;
+mod start;
 mod stricter;
 pub(crate) mod trainer;
 mod training_loop;

@@ -94,6 +94,7 @@ def train(  # noqa: PLR0913
     num_threads: int = 2,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
+    start: Policy | None = None,
     progress: bool | Callable[[CurveRow], object] = True,
     **settings: Unpack[Settings],
 ) -> Training:
@@ -132,13 +133,18 @@ def train(  # noqa: PLR0913
         num_threads: Number of threads; 0 for one for each core.
         out: Folder of the run, which one process at a time uses.
         resume: Whether to continue the run in ``out``, if there is one.
+        start: A policy whose actor and normalizers the run starts from, also one of another task
+            with the same lengths, such as Push for PickAndPlace. The critic begins anew, so the
+            policy becomes much worse before it becomes better, unless ``actor_learning_rate`` is
+            small, such as 0.0001. The first ``random_episodes`` are random. The run must have
+            layers of the same sizes; a resumed one does not need it.
         progress: Whether to show progress on standard error, or a function that takes each row of
             the curve as a :class:`CurveRow`.
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
         ValueError: If an argument or a setting is out of its range, ``out`` has another run or is
-            in use, or the training diverges.
+            in use, ``start`` does not fit the run, or the training diverges.
         OSError: If a file of the run cannot be written or read.
         FileNotFoundError: If there is no such model.
         fetch_env.SimulationError: If the physics became unstable.
@@ -152,11 +158,17 @@ def train(  # noqa: PLR0913
     if resume and out is None:
         message = "there is nothing to resume: pass the folder of the run as out"
         raise ValueError(message)
+    if not (start is None or isinstance(start, Policy)):
+        message = f"start is {type(start).__name__}: pass a fetch_env.Policy"
+        raise TypeError(message)
     # The function may change the current directory.
     out = None if out is None else Path(out).absolute()
     learner = preset if isinstance(preset, str) else json.dumps(preset)
     config = make_config(env_id, **settings)
-    trainer = _native.Trainer(config, learner, seed, steps, target, num_threads, out, resume)
+    native = None if start is None else start._native  # noqa: SLF001
+    trainer = _native.Trainer(
+        config, learner, seed, steps, target, num_threads, out, resume, native
+    )
     shown = Progress(f"{config.env_id}, seed {seed}", steps) if progress is True else None
     interrupted = False
     try:
