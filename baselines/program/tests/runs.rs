@@ -427,3 +427,29 @@ fn a_run_in_a_varied_world_resumes_to_the_same_bits() -> Result {
     assert!(text.contains(r#""gravity""#) && text.contains("observation_noise=0.01"), "{text}");
     Ok(())
 }
+
+#[test]
+fn a_run_that_started_from_a_policy_resumes_without_it() -> Result {
+    let folder = tempdir()?;
+    let [taught, whole, killed] =
+        ["taught", "whole", "killed"].map(|name| folder.path().join(name));
+    output_of(&mut train("--steps 400", &taught))?;
+    let board = folder.path().join("board");
+    let file = taught.join("policy.safetensors");
+    let flags = format!(
+        "--seed 2 --steps 400 --start {} --tensorboard {}",
+        file.display(),
+        board.display()
+    );
+    output_of(&mut train(&flags, &whole))?;
+    let mut run = start(&flags, &killed)?;
+    run.kill()?;
+    run.wait()?;
+    fs::remove_file(&file)?;
+    output_of(&mut resume(&killed))?;
+    assert!(policy(&whole)? == policy(&killed)?, "the policies differ");
+    let text = fs::read_to_string(whole.join("run.json"))?;
+    assert!(text.contains("FetchReach-v4, seed 0, 400 steps"), "{text}");
+    assert_eq!(fs::read_dir(board.join("seed-2"))?.count(), 2);
+    Ok(())
+}

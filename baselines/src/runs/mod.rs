@@ -44,6 +44,7 @@ mod page;
 mod plan;
 mod start;
 mod table;
+mod tensorboard;
 
 pub use curve::{CurveLine, curve_csv};
 pub use description::{RunDescription, RunModel};
@@ -57,3 +58,4 @@ pub use group::{Band, Group, Point};
 pub use plan::{Cycles, Length, RunPlan, Watch};
 pub use start::{NewRun, Ready};
 pub use table::{GridRow, GridTable};
+pub use tensorboard::TensorBoard;

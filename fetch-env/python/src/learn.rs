@@ -10,7 +10,7 @@ use baselines::{
     learn::{self, CurveRow, Preset, TrainSettings},
     runs::{
         self, Cycles, FolderError, Length, NewRun, Ready, RunDescription, RunFolder, RunModel,
-        RunPlan, RunsError,
+        RunPlan, RunsError, TensorBoard,
     },
     workers::OneProcess,
 };
@@ -65,6 +65,7 @@ struct Run {
     plan: RunPlan,
     cycles: Cycles,
     folder: Option<RunFolder>,
+    board: Option<TensorBoard>,
     /// Whether a cycle has failed: the run cannot go on, and is not saved.
     has_failed: bool,
 }
@@ -86,6 +87,7 @@ impl Trainer {
         out: Option<PathBuf>,
         resume: bool,
         start: Option<PyRef<'_, Policy>>,
+        tensorboard: Option<PathBuf>,
     ) -> Result<Self> {
         let Integer(seed) = seed;
         let num_threads = match num_threads.0 {
@@ -102,7 +104,11 @@ impl Trainer {
         (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
         let start = start.map(|policy| policy.copy(py)).transpose()?;
         let new = NewRun { description, settings, start, overwrite: false };
-        let run = simulate(py, || Run::new(new, num_threads, out, resume))?;
+        let mut run = simulate(py, || Run::new(new, num_threads, out, resume))?;
+        if let Some(folder) = tensorboard {
+            let board = TensorBoard::create(&folder);
+            run.board = Some(board.map_err(|error| Error::chain(error).at(&folder))?);
+        }
         if let Some(folder) = run.folder.as_ref().filter(|folder| folder.is_shared()) {
             let path = folder.path().display();
             let text = format!(
@@ -118,7 +124,7 @@ impl Trainer {
     /// if there was an evaluation. An exception of a signal handler stops the cycle, which the next
     /// call finishes.
     fn cycle(&self, py: Python<'_>) -> Result<(bool, Option<String>)> {
-        let Run { trainer, cycles, folder, has_failed, .. } = &mut *self.run.lock(py)?;
+        let Run { trainer, cycles, folder, board, has_failed, .. } = &mut *self.run.lock(py)?;
         let folder = folder.as_ref();
         let mut watch = Watch { signals: Signals::new(), row: None };
         let next = simulate(py, || {
@@ -128,6 +134,9 @@ impl Trainer {
             })
         });
         watch.signals.finish()?;
+        if let (Some(board), Some(row)) = (board, &watch.row) {
+            board.write(row).map_err(Error::chain)?;
+        }
         let row = watch.row.map(|row| serde_json::to_string(&row)).transpose()?;
         Ok((next?.is_continue(), row))
     }
@@ -208,7 +217,7 @@ impl Run {
         };
         let cycles = plan.begin(&mut trainer, folder.as_ref());
         let cycles = cycles.map_err(|error| in_python(error, out.as_deref()))?;
-        Ok(Self { trainer, plan, cycles, folder, has_failed: false })
+        Ok(Self { trainer, plan, cycles, folder, board: None, has_failed: false })
     }
 }
 

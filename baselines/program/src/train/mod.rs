@@ -12,10 +12,11 @@ use std::{
     time::Duration,
 };
 
+use anyhow::Context;
 use baselines::{
     Estimate, TrainedPolicy,
     learn::{CurveRow, Preset, Resumed, Target, TrainSettings, Trainer, UpdateSeconds, limits},
-    runs::{Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan},
+    runs::{Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan, TensorBoard},
     workers::{Workers, gather_values},
 };
 use fetch_env::{EnvId, MujocoEnv};
@@ -102,11 +103,14 @@ pub struct Args {
     /// (a list), and set (an object with a list of values for each key of --set)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["env_id", "preset", "algorithm", "seed"])]
     #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "vary", "model"])]
-    #[arg(conflicts_with_all = ["start", "overwrite", "resume", "mpi"])]
+    #[arg(conflicts_with_all = ["start", "tensorboard", "overwrite", "resume", "mpi"])]
     grid: Option<PathBuf>,
     /// Minimum number of seconds between two checkpoints
     #[arg(long, default_value = "30", value_parser = options::seconds)]
     checkpoint_seconds: Duration,
+    /// Folder where TensorBoard finds the curves, each run's in a folder of its seed
+    #[arg(long, value_name = "FOLDER")]
+    tensorboard: Option<PathBuf>,
     /// Also write the results as JSON
     #[arg(long)]
     json: Option<PathBuf>,
@@ -238,17 +242,24 @@ fn finish(args: &Args, ready: Ready, signals: &Signals) -> anyhow::Result<Outcom
     if is_first {
         bar.set_position(plan.length.reached(trainer.counters()));
     }
+    let seed = format!("seed-{}", trainer.seed());
+    let board = args.tensorboard.as_ref().filter(|_| is_first);
+    let mut board = board.map(|folder| TensorBoard::create(folder.join(seed))).transpose()?;
+    let mut drawn = Ok(());
     let put_off = signals.put_off();
     let mut watch = |_: &Trainer<MujocoEnv>, row: Option<&CurveRow>| {
         if let Some(row) = row.filter(|_| is_first) {
             show(&bar, plan.length, row);
+            drawn = board.as_mut().map_or(Ok(()), |board| board.write(row));
         }
-        if signals.received() == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        let goes_on = signals.received() == 0 && drawn.is_ok();
+        if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
     let trained = plan.run(&mut trainer, Some(&folder), &mut watch);
     drop(put_off);
     bar.finish_and_clear();
     trained?;
+    drawn.context("--tensorboard: the curve cannot be written")?;
     // The signal of the first rank that has received one.
     let received = gather_values(trainer.workers(), &signals.received())?;
     if let Some(stopped) = received.into_iter().find_map(Stopped::by) {

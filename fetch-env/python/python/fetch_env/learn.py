@@ -95,6 +95,7 @@ def train(  # noqa: PLR0913
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
     start: Policy | None = None,
+    tensorboard: str | os.PathLike[str] | None = None,
     progress: bool | Callable[[CurveRow], object] = True,
     **settings: Unpack[Settings],
 ) -> Training:
@@ -138,6 +139,8 @@ def train(  # noqa: PLR0913
             policy becomes much worse before it becomes better, unless ``actor_learning_rate`` is
             small, such as 0.0001. The first ``random_episodes`` are random. The run must have
             layers of the same sizes; a resumed one does not need it.
+        tensorboard: A folder where TensorBoard finds the curve, with the names of the columns of
+            ``curve.csv``; a resumed run adds a file.
         progress: Whether to show progress on standard error, or a function that takes each row of
             the curve as a :class:`CurveRow`.
         **settings: See :class:`fetch_env.Settings`.
@@ -167,7 +170,7 @@ def train(  # noqa: PLR0913
     config = make_config(env_id, **settings)
     native = None if start is None else start._native  # noqa: SLF001
     trainer = _native.Trainer(
-        config, learner, seed, steps, target, num_threads, out, resume, native
+        config, learner, seed, steps, target, num_threads, out, resume, native, tensorboard
     )
     shown = Progress(f"{config.env_id}, seed {seed}", steps) if progress is True else None
     interrupted = False
