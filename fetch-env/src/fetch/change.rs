@@ -1,11 +1,11 @@
-//! Changes of an environment after it was made: its settings, and the goal of its episode.
+//! Changes of an environment after it was made: its settings, its random numbers, and the goal of
+//! its episode.
 
 use fetch_sim::Simulator;
 
 use super::observation::Goal;
-use super::{
-    config::FetchConfig, env::FetchEnv, error::MakeError, reset::FetchResetOptions, task::FetchTask,
-};
+use super::task::{FetchTask, draw_goal};
+use super::{config::FetchConfig, env::FetchEnv, error::MakeError, reset::FetchResetOptions};
 use crate::gym::{env::goal::MovingGoal, error::EnvError};
 
 impl<S: Simulator> FetchEnv<S> {
@@ -35,6 +35,27 @@ impl<S: Simulator> FetchEnv<S> {
         self.reward = config.distance_reward();
         self.config = config;
         Ok(())
+    }
+
+    /// Draws a goal from the environment's random numbers, in meters, as a reset does. The episode
+    /// keeps its own goal, and the next reset continues with the numbers after these.
+    ///
+    /// ```
+    /// use fetch_env::{Env, GoalObservation, make_kinematic};
+    ///
+    /// let mut env = make_kinematic("FetchReach-v4")?.into_inner();
+    /// env.reset(Some(0))?;
+    /// let mut other = env.clone();
+    /// let goal = env.sample_goal()?;
+    /// assert_eq!(other.reset(None)?.observation.desired_goal(), goal);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`EnvError::ResetNeeded`] before the first reset.
+    pub fn sample_goal(&mut self) -> Result<[f64; 3], EnvError> {
+        let random = self.random.as_mut().ok_or(EnvError::ResetNeeded)?;
+        Ok(draw_goal(&self.config, &self.simulator.settled(), random))
     }
 }
 
