@@ -115,6 +115,11 @@ impl Env {
         Ok(self.0.lock(py)?.env()?.set_desired_goal(&goal.to_double())?)
     }
 
+    /// Draws a goal, with which the random numbers go on.
+    fn sample_goal<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_slice(py, &self.0.lock(py)?.env()?.sample_goal()?))
+    }
+
     /// Where the gripper starts, and the height of the object, in meters.
     fn settled<'py>(&self, py: Python<'py>) -> Result<Settled<'py>> {
         Ok(arrays::settled(py, self.0.lock(py)?.env()?))

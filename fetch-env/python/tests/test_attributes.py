@@ -158,6 +158,11 @@ def test_a_goal_needs_an_episode():
         ("data", "copy"),
         ("sim", "set_state"),
         ("viewer", "set_state"),
+        ("mujoco_renderer", "render"),
+        ("_utils", "module"),
+        ("_sample_goal", "never calls it"),
+        ("_get_obs", "never calls it"),
+        ("_render_callback", "never calls it"),
         ("object_range", "obj_range"),
         ("max_episode_steps", "TimeLimit"),
         ("np_random", "seed"),
@@ -199,8 +204,15 @@ def test_a_vector_reads_what_its_environments_have_and_is_not_changed():
 
 
 def test_methods_that_are_never_called_are_not_overridden():
-    with pytest.raises(TypeError, match="Own defines _sample_goal, which the reference calls"):
-        type("Own", (fetch_env.FetchEnv,), {"_sample_goal": lambda _self: np.zeros(3)})
+    for name in ("_sample_goal", "_set_action"):
+        with pytest.raises(TypeError, match=f"Own defines {name}: the environment never calls it"):
+            type("Own", (fetch_env.FetchEnv,), {name: lambda _self: np.zeros(3)})
+
+
+def test_what_cannot_be_called_says_what_to_use(push):
+    for name, remedy in (("_set_action", "step"), ("_reset_sim", "reset"), ("sim", "data")):
+        with pytest.raises(AttributeError, match=rf"^{name}: .*{remedy}"):
+            getattr(push, name)
 
 
 def test_the_references_keyword_for_a_goal(push):

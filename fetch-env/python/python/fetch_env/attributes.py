@@ -49,7 +49,7 @@ class Attribute(Generic[T]):
             return self
         try:
             return self._read(env)
-        except (ClosedEnvironmentError, ImportError) as error:
+        except (AttributeError, ClosedEnvironmentError, ImportError) as error:
             message = f"{self._name}: {error}"
             raise AttributeError(message) from error
 
@@ -79,11 +79,27 @@ def setting(read: Callable[[Any], T]) -> Setting[T]:
 
 def absent(remedy: str) -> Attribute[NoReturn]:
     """Make an attribute of the reference that is neither read nor assigned here."""
+    return Attribute(_refusal(remedy), remedy)
 
+
+class Hook(Attribute[T]):
+    """A method that the reference calls on itself, and that programs replace there."""
+
+    def __init__(self, read: Callable[[Any], T]) -> None:
+        """Return the method with a function."""
+        super().__init__(read, IS_NEVER_CALLED)
+
+
+def absent_hook(remedy: str) -> Hook[NoReturn]:
+    """Make such a method that cannot be called either."""
+    return Hook(_refusal(remedy))
+
+
+def _refusal(remedy: str) -> Callable[[object], NoReturn]:
     def read(_env: object) -> NoReturn:
         raise AttributeError(remedy)
 
-    return Attribute(read, remedy)
+    return read
 
 
 def constant(numbers: Any) -> NDArray[np.float64]:
@@ -93,6 +109,9 @@ def constant(numbers: Any) -> NDArray[np.float64]:
     return array
 
 
+IS_NEVER_CALLED = (
+    "the environment never calls it: pass settings, options to reset(), or wrap the environment"
+)
 IS_MADE_WITH_IT = "pass it when you make the environment"
 IS_OF_THE_TASK = "it belongs to the task"
 IS_OF_THE_SCENE = "it follows from the scene: make the environment with a model of your own"
@@ -187,5 +206,7 @@ class Attributes(GoalRewards):
     max_episode_steps = absent("pass it to gymnasium.make, or use gymnasium.wrappers.TimeLimit")
     sim = absent(HAS_NO_SIMULATION)
     viewer = absent(HAS_NO_SIMULATION)
-    mujoco_renderer = absent(HAS_NO_SIMULATION)
+    mujoco_renderer = absent(
+        "use render(), or draw copies: gymnasium's MujocoRenderer(env.model, env.data)"
+    )
     initial_time = absent(HAS_NO_SIMULATION)

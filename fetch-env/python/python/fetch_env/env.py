@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 
-from . import _native, simulation, spaces
-from .attributes import IS_OF_THE_SCENE, attribute, constant, setting
+from . import _native, spaces
+from .attributes import IS_NEVER_CALLED, Hook, attribute, constant, setting
 from .made import RENDER_MODES, MadeFromSettings
 from .numbering import StepNumbers
 from .settings import make_config
+from .simulation import Simulated
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,20 +29,6 @@ Observation: TypeAlias = "dict[str, NDArray[np.float64]]"
 
 #: Settings without an effect in Reach.
 NEED_AN_OBJECT = ("obj_range", "target_offset", "target_in_the_air")
-#: Methods that the reference calls on itself, and that programs override there.
-HOOKS = (
-    "_env_setup",
-    "_get_obs",
-    "_initialize_simulation",
-    "_is_success",
-    "_mujoco_step",
-    "_render_callback",
-    "_reset_sim",
-    "_sample_goal",
-    "_set_action",
-    "_step_callback",
-)
-IS_A_COPY = "it is a copy of the simulation: use reset() with options, set_state and settings"
 
 
 def generator(random: tuple[int, int] | None) -> np.random.Generator | None:
@@ -57,7 +44,7 @@ def seed_of(random: tuple[int, int] | None) -> int | None:
     return None if random is None else random[0]
 
 
-class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]"]):
+class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[np.float32]"]):
     """A Fetch environment, as in gymnasium-robotics 1.4.2.
 
     An action is ``[dx, dy, dz, fingers]``, each from -1 to 1 and clipped: the first three move the
@@ -89,7 +76,7 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
         fetch_env.MujocoError: If MuJoCo's library cannot be loaded.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+    metadata: dict[str, Any] = {  # noqa: RUF012
         "render_modes": [*RENDER_MODES],
         "render_fps": 25,
     }
@@ -100,12 +87,9 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     def __init_subclass__(cls, **keywords: Any) -> None:
         """Refuse methods of a subclass that only the reference calls."""
         super().__init_subclass__(**keywords)
-        for name in HOOKS:
-            if name in cls.__dict__:
-                message = (
-                    f"{cls.__name__} defines {name}, which the reference calls, and FetchEnv never "
-                    "does: pass settings, options to reset(), or wrap the environment"
-                )
+        for name in cls.__dict__:
+            if isinstance(vars(Simulated).get(name), Hook):
+                message = f"{cls.__name__} defines {name}: {IS_NEVER_CALLED}"
                 raise TypeError(message)
 
     def __init__(
@@ -264,38 +248,6 @@ class FetchEnv(MadeFromSettings, gymnasium.Env[Observation, "NDArray[np.float32]
     def variation(self) -> dict[str, float]:
         """The factors that were drawn or set for the episode, by name."""
         return self._native.variation()
-
-    @attribute(IS_A_COPY)
-    def model(self) -> Any:
-        """The model as a ``mujoco.MjModel``, if the package ``mujoco`` is installed.
-
-        It is compiled from the same scene, without what :attr:`variation` changes. Its arrays
-        cannot be written to, because that would not change the environment: write to a copy
-        (``copy.copy``), and pass settings when you make it.
-        """
-        if self._model is None:
-            self._model = simulation.model_of(self._native)
-        return self._model
-
-    @attribute(IS_A_COPY)
-    def data(self) -> Any:
-        """The current state as a new ``mujoco.MjData``, separate from the environment.
-
-        The positions and velocities are exact; derived quantities are recomputed with
-        ``mj_forward``. Nothing in it can be assigned, because that would not change the
-        environment: write to a copy (``copy.copy``), or use :meth:`reset` with options.
-        """
-        return simulation.data_of(self._native, self.model)
-
-    @attribute(IS_OF_THE_SCENE)
-    def initial_qpos(self) -> NDArray[np.float64]:
-        """Positions of all joints in the settled scene."""
-        return constant(simulation.start_of(self._native)[0])
-
-    @attribute(IS_OF_THE_SCENE)
-    def initial_qvel(self) -> NDArray[np.float64]:
-        """Velocities of all joints in the settled scene."""
-        return constant(simulation.start_of(self._native)[1])
 
     @property
     def _np_random(self) -> np.random.Generator | None:  # type: ignore[override]

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import copy
 import functools
+import importlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .attributes import IS_OF_THE_SCENE, Hook, absent_hook, attribute, constant
+
 if TYPE_CHECKING:
-    from . import _native
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from ._native import Config, Env
+    from .env import Observation
 
 #: What is found by name or id in a model and in data, and the name of its number.
 PARTS = {
@@ -29,7 +37,100 @@ PARTS = {
 }
 
 
-def model_of(native: _native.Env) -> Any:
+IS_A_COPY = "it is a copy of the simulation: use reset() with options, set_state and settings"
+
+
+class Simulated:
+    """The reference's attributes of one simulation, and its methods that programs call."""
+
+    _native: Env
+    _config: Config
+    _model: Any
+
+    @attribute(IS_A_COPY)
+    def model(self) -> Any:
+        """The model as a ``mujoco.MjModel``, if the package ``mujoco`` is installed.
+
+        It is compiled from the same scene, without what :attr:`variation` changes. Its arrays
+        cannot be written to, because that would not change the environment: write to a copy
+        (``copy.copy``), and pass settings when you make it.
+        """
+        if self._model is None:
+            self._model = model_of(self._native)
+        return self._model
+
+    @attribute(IS_A_COPY)
+    def data(self) -> Any:
+        """The current state as a new ``mujoco.MjData``, separate from the environment.
+
+        The positions and velocities are exact; derived quantities are recomputed with
+        ``mj_forward``. Nothing in it can be assigned, because that would not change the
+        environment: write to a copy (``copy.copy``), or use :meth:`reset` with options.
+        """
+        return data_of(self._native, self.model)
+
+    @attribute(IS_OF_THE_SCENE)
+    def initial_qpos(self) -> NDArray[np.float64]:
+        """Positions of all joints in the settled scene."""
+        return constant(self._native.simulation()["initial_qpos"])
+
+    @attribute(IS_OF_THE_SCENE)
+    def initial_qvel(self) -> NDArray[np.float64]:
+        """Velocities of all joints in the settled scene."""
+        return constant(self._native.simulation()["initial_qvel"])
+
+    @attribute("it is a module")
+    def _mujoco(self) -> Any:
+        """The package ``mujoco``, if it is installed."""
+        return importlib.import_module("mujoco")
+
+    @attribute("it is a module")
+    def _utils(self) -> Any:
+        """The reference's functions of ``model`` and ``data``, if it is installed.
+
+        Those that write raise an error, because the two are copies.
+        """
+        return importlib.import_module("gymnasium_robotics.utils.mujoco_utils")
+
+    @attribute(IS_A_COPY)
+    def _model_names(self) -> Any:
+        """The reference's names of the model's parts, if it is installed."""
+        return self._utils.MujocoModelNames(self.model)
+
+    @Hook
+    def _sample_goal(self) -> Callable[[], NDArray[np.float64]]:
+        """Draw a goal from the environment's random numbers, without changing the episode's."""
+        return self._native.sample_goal
+
+    @Hook
+    def _get_obs(self) -> Callable[[], Observation]:
+        """Return the current observation."""
+        return self._native.observe
+
+    @Hook
+    def _is_success(self) -> Callable[[ArrayLike, ArrayLike], Any]:
+        """Return 1.0 where goals are within the threshold of each other, and 0.0 elsewhere."""
+        config = self._config
+        return lambda achieved_goal, desired_goal: np.asarray(
+            config.is_success(achieved_goal, desired_goal), np.float32
+        )[()]
+
+    @Hook
+    def _get_gripper_xpos(self) -> Callable[[], NDArray[np.float64]]:
+        """Return the position of the gripper's body, in meters."""
+        return lambda: self.data.body("robot0:gripper_link").xpos
+
+    generate_mujoco_observations = absent_hook("use the parts of the observation")
+    _env_setup = absent_hook("make the environment with a model of your own")
+    _initialize_simulation = absent_hook("make another environment")
+    _mujoco_step = absent_hook("use step()")
+    _render_callback = absent_hook("use render()")
+    _reset_sim = absent_hook("use reset()")
+    _set_action = absent_hook("use step()")
+    _step_callback = absent_hook("use step()")
+
+
+def model_of(native: Env) -> Any:
     """Compile the environment's scene as a ``mujoco.MjModel``."""
     import mujoco  # noqa: PLC0415
 
@@ -49,7 +150,7 @@ def model_of(native: _native.Env) -> Any:
     return model
 
 
-def data_of(native: _native.Env, model: Any) -> Any:
+def data_of(native: Env, model: Any) -> Any:
     """Return the current state as a ``mujoco.MjData`` of the model."""
     import mujoco  # noqa: PLC0415
 
@@ -98,9 +199,3 @@ def freeze_parts(parts: Any, model: Any) -> None:
         if find := getattr(parts, kind, None):
             for index in range(getattr(model, count)):
                 freeze(find(index))
-
-
-def start_of(native: _native.Env) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return the positions and velocities of the settled scene."""
-    state = native.simulation()
-    return state["initial_qpos"], state["initial_qvel"]
