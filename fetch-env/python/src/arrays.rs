@@ -40,7 +40,10 @@ impl<'py> Numbers<'py> {
     /// Lets numpy make an array of single or double precision, if that is possible.
     fn convert(py: Python<'py>, numbers: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let numpy = numpy(py)?;
-        let array = numpy.call_method1(intern!(py, "asarray"), (numbers,))?;
+        let has_only_dlpack = numbers.hasattr(intern!(py, "__dlpack__"))?
+            && !numbers.hasattr(intern!(py, "__array__"))?;
+        let read = if has_only_dlpack { "from_dlpack" } else { "asarray" };
+        let array = numpy.call_method1(read, (numbers,))?;
         let kind = numpy.call_method1(intern!(py, "result_type"), (&array, dtype::<f32>(py)))?;
         // Contiguous, aligned, and of no subclass.
         numpy.call_method1(intern!(py, "require"), (array, kind, "CAE"))

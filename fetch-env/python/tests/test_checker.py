@@ -1,12 +1,16 @@
 """Gymnasium's own checks, and what `gymnasium.make` makes of the environments."""
 
+import pathlib
+import pickle
 import warnings
 
 import fetch_env
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
 
 
 def test_gymnasiums_checker_finds_nothing(env_id):
@@ -89,6 +93,30 @@ def test_a_reset_takes_goal_and_object():
     assert info == {}
     assert observation["desired_goal"].tolist() == goal.tolist() == env.goal.tolist()
     np.testing.assert_allclose(observation["achieved_goal"][:2], position, atol=1e-9)
+
+
+def test_a_video_lasts_as_long_as_the_episode():
+    for n_substeps, frames in ((20, 25), (10, 50)):
+        env = gymnasium.make("fetch_env/FetchPush-v4", n_substeps=n_substeps)
+        envs = fetch_env.FetchVectorEnv("FetchPush-v4", 2, n_substeps=n_substeps)
+        assert env.metadata["render_fps"] == envs.metadata["render_fps"] == frames
+        assert frames == 1 / env.unwrapped.dt
+    assert fetch_env.FetchEnv.metadata["render_fps"] == 25
+
+
+def test_a_spec_is_written_and_read():
+    folder = pathlib.Path("builtin")  # a name that needs no files
+    env = gymnasium.make("fetch_env/FetchPush-v4", model=folder, target_offset=(0.1, 0.0, 0.0))
+    again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))
+    assert again.unwrapped.config_arguments()["model"] == "builtin"
+    assert again.unwrapped.target_offset[0] == 0.1
+    envs = gymnasium.make_vec(
+        "fetch_env/FetchPush-v4", num_envs=2, model=folder, autoreset_mode=AutoresetMode.SAME_STEP
+    )
+    spec = EnvSpec.from_json(envs.spec.to_json())
+    assert spec.kwargs["autoreset_mode"] == "SameStep"
+    assert pickle.loads(pickle.dumps(env)).spec == env.spec
+    assert gymnasium.spec("fetch_env/FetchPush-v4").kwargs == {"env_id": "FetchPush-v4"}
 
 
 @pytest.mark.parametrize("mode", ["rgb_array", "depth_array"])

@@ -39,7 +39,7 @@ def test_negative_numbers_mean_nothing(name):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"distance_treshold": 0.1}, "no setting distance_treshold: did you mean distance_thresh"),
+        ({"distance_treshold": 0.1}, "argument 'distance_treshold': did you mean distance_thresh"),
         ({"obj_range": 0.1}, "did you mean object_range"),
         ({"frame_skip": 3}, "the settings are model, reward_type"),
     ],

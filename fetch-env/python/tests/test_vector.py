@@ -69,7 +69,7 @@ def test_vectors_have_the_bits_of_single_environments(mode, num_threads):
 def test_gymnasium_makes_the_vector(env_id):
     envs = gymnasium.make_vec(f"fetch_env/{env_id}", num_envs=2)
     assert isinstance(envs.unwrapped, fetch_env.FetchVectorEnv)
-    assert envs.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+    assert envs.metadata["autoreset_mode"] is envs.autoreset_mode is AutoresetMode.NEXT_STEP
     sync = gymnasium.make_vec(f"fetch_env/{env_id}", num_envs=2, vectorization_mode="sync")
     for name in ("action_space", "observation_space", "single_action_space"):
         assert getattr(envs, name) == getattr(sync, name)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+import os
 from typing import TYPE_CHECKING, Any
+
+from gymnasium.vector import AutoresetMode
 
 from .attributes import Attributes
 
 if TYPE_CHECKING:
+    from gymnasium.envs.registration import EnvSpec
     from numpy.typing import NDArray
 
     from ._native import Env, VecEnv
@@ -18,7 +23,9 @@ RENDER_MODES = ("rgb_array", "depth_array")
 class MadeFromSettings(Attributes):
     """A native part that can be recreated from its settings, and continued from its state."""
 
+    metadata: dict[str, Any]
     render_mode: str | None
+    _spec: EnvSpec | None = None
     _native: Env | VecEnv
     _size: tuple[int, int]
 
@@ -34,9 +41,23 @@ class MadeFromSettings(Attributes):
         self._settings = settings
         self._size = size
         self._make()
+        frames = round(1 / self._config.control_period)
+        self.metadata = {**self.metadata, "render_fps": frames}
 
     def _make(self) -> None:
         raise NotImplementedError
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What Gymnasium made it from, with arguments that ``spec.to_json`` can write."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        if spec is not None:
+            arguments = {name: _plain(value) for name, value in spec.kwargs.items()}
+            spec = dataclasses.replace(spec, kwargs=arguments)
+        self._spec = spec
 
     def _draw(self, *env_index: int) -> NDArray[Any]:
         """Draw colors or distances, whichever the mode asks for."""
@@ -56,6 +77,12 @@ class MadeFromSettings(Attributes):
         self.__dict__.update(state)
         self._make()
         self._native.set_state(native)
+
+
+def _plain(argument: Any) -> Any:
+    if isinstance(argument, os.PathLike):
+        return os.fspath(argument)
+    return argument.value if isinstance(argument, AutoresetMode) else argument
 
 
 #: What `_make` makes.

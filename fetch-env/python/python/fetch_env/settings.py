@@ -69,6 +69,10 @@ def make_config(env_id: str, **settings: Any) -> _native.Config:
         if name not in NAMES:
             nearest = difflib.get_close_matches(name, NAMES, 1)
             hint = f": did you mean {nearest[0]}?" if nearest else ""
-            message = f"there is no setting {name}{hint} (the settings are {', '.join(NAMES)})"
+            # As Python says it, by which TorchRL knows what to leave out.
+            message = (
+                f"got an unexpected keyword argument '{name}'{hint} (the settings are "
+                f"{', '.join(NAMES)})"
+            )
             raise TypeError(message)
     return _native.Config(env_id, **settings)

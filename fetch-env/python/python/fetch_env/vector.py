@@ -97,7 +97,8 @@ class FetchVectorEnv(
     ) -> None:
         """Create the environments; see the class."""
         self.num_envs = num_envs
-        self.metadata = {**FetchEnv.metadata, "autoreset_mode": AutoresetMode(autoreset_mode)}
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**FetchEnv.metadata, "autoreset_mode": self.autoreset_mode}
         self._num_threads = num_threads
         self._max_episode_steps = max_episode_steps
         self._episode_options = episode_options
@@ -111,12 +112,11 @@ class FetchVectorEnv(
         self._config = make_config(
             self._env_id, max_episode_steps=self._max_episode_steps, **self._settings
         )
-        mode: AutoresetMode = self.metadata["autoreset_mode"]
         self._native = _native.VecEnv(
             self._config,
             self.num_envs,
             self._num_threads or 0,
-            mode.value,
+            self.autoreset_mode.value,
             *self._size,
             self._episode_options,
         )

@@ -38,6 +38,7 @@ def test_the_vector_is_as_theirs(actions):
     theirs = DummyVecEnv([lambda: gymnasium.make("fetch_env/FetchPush-v4")] * 2)
     for envs in (ours, theirs):
         envs.seed(5)
+        assert envs.metadata["render_fps"] == 25
     starts = ours.reset(), theirs.reset()
     for step in range(55):
         batch = actions[step : step + 2]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -47,7 +47,7 @@ class LeRobotFetchEnv(gymnasium.Env[dict[str, Any], "NDArray[np.float32]"]):
         **settings: See :class:`fetch_env.Settings`.
     """
 
-    metadata: ClassVar[dict[str, Any]] = FetchEnv.metadata  # type: ignore[misc]
+    metadata: dict[str, Any] = FetchEnv.metadata
 
     def __init__(  # noqa: PLR0913
         self,
@@ -67,6 +67,7 @@ class LeRobotFetchEnv(gymnasium.Env[dict[str, Any], "NDArray[np.float32]"]):
         self._env = FetchEnv(
             env_id, render_mode=render_mode, width=width, height=height, **settings
         )
+        self.metadata = self._env.metadata
         self._has_pixels = obs_type == "pixels_agent_pos"
         self._steps = 0
         # LeRobot reads these three.

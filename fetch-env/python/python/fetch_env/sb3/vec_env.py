@@ -54,6 +54,7 @@ class FetchVecEnv(VecEnv):
         )
         spaces = self.envs.single_observation_space, self.envs.single_action_space
         super().__init__(num_envs, *spaces)
+        self.metadata = self.envs.metadata
         self._step_numbers = [StepNumbers() for _ in range(num_envs)]
         self._seen = self.envs._native.numbers()  # noqa: SLF001
 
