@@ -17,13 +17,12 @@ actions::
 from importlib.metadata import version
 from pathlib import Path
 
-from gymnasium.envs.registration import register, registry
-
 from . import _native
 from ._native import MujocoError, MujocoWarning, SimulationError
 from .datasets import write_dataset
 from .env import FetchEnv
 from .her import HerBuffer
+from .ids import ENV_IDS, register_own, replace_gymnasium_robotics
 from .learn import CurveRow, Training, evaluate, robustness, train
 from .model import download_reference_model, has_reference_model, library_path
 from .policy import Policy
@@ -48,6 +47,7 @@ __all__ = [
     "evaluate",
     "has_reference_model",
     "library_path",
+    "replace_gymnasium_robotics",
     "robustness",
     "train",
     "write_dataset",
@@ -58,21 +58,4 @@ __version__ = version("fetch-env")
 for _library in (Path(__file__).parent / "_mujoco").glob("libmujoco*"):
     _native.use_library(_library)
 
-#: The names of the environments, which in Gymnasium begin with ``fetch_env/``.
-ENV_IDS = tuple(
-    f"Fetch{task}{reward}-v4"
-    for task in ("Reach", "Push", "PickAndPlace", "Slide")
-    for reward in ("", "Dense")
-)
-
-for _env_id in ENV_IDS:
-    # It is registered already when the module is reloaded.
-    if f"fetch_env/{_env_id}" not in registry:
-        register(
-            id=f"fetch_env/{_env_id}",
-            entry_point="fetch_env:FetchEnv",
-            vector_entry_point="fetch_env:FetchVectorEnv",
-            max_episode_steps=50,
-            order_enforce=False,  # the environment does it
-            kwargs={"env_id": _env_id},
-        )
+register_own()
