@@ -203,6 +203,8 @@ fn a_policy_of_other_lengths_is_refused() -> Result {
 struct Two;
 
 impl FetchTask<MujocoSimulator> for Two {
+    type Memory = ();
+
     fn goal_len(&self) -> usize {
         6
     }
@@ -221,6 +223,7 @@ impl FetchTask<MujocoSimulator> for Two {
     fn achieved_goal(
         &self,
         simulator: &MujocoSimulator,
+        _: &(),
         achieved_goal: &mut [f64],
     ) -> Result<(), EnvError> {
         let gripper = simulator.gripper().position;

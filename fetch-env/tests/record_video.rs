@@ -170,7 +170,7 @@ fn a_recorded_environment_keeps_the_laws() -> Result {
     }
     let make = || make("FetchPush-v4")?.wrap(video());
     let check = check::CheckOptions::default();
-    let report = check::check_goal_env(make, &check).and(check::check_snapshots(make, &check));
+    let report = check::check_goal_env(make, &check);
     assert!(report.passed(), "{report}");
     assert_eq!(files(folder.path())?, ["rl-video-episode-1.gif"]);
     assert_eq!(make()?.compute_reward(&[0.0; 3], &[0.0; 3])?, 0.0);

@@ -41,7 +41,8 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
         self.simulator.reset_varied(object_position, &self.varied.physics)?;
         start::arrange(&mut self.simulator, options)?;
         let mut goal = Goal::from_elem(0.0, self.lengths.goal);
-        self.task.begin_episode(&self.config, &mut self.simulator, random, &mut goal)?;
+        self.memory =
+            self.task.begin_episode(&self.config, &mut self.simulator, random, &mut goal)?;
         if !own.is_empty() {
             let numbers: Vec<_> = own.iter().map(|name| self.varied.own(name)).collect();
             self.task.vary(&mut self.simulator, &numbers, &mut goal)?;

@@ -35,7 +35,7 @@ use crate::gym::{
 ///
 /// Episodes never end by themselves; [`TimeLimit`] ends them.
 #[derive(Clone, Debug)]
-pub struct FetchEnv<S, R = DistanceReward, T = Task> {
+pub struct FetchEnv<S: Simulator, R = DistanceReward, T: FetchTask<S> = Task> {
     pub(super) config: FetchConfig,
     pub(super) reward: R,
     pub(super) task: T,
@@ -49,6 +49,8 @@ pub struct FetchEnv<S, R = DistanceReward, T = Task> {
     pub(super) random: Option<NpRandom>,
     /// `None` until a reset.
     pub(super) goal: Option<Goal>,
+    /// What the task remembers of the episode.
+    pub(super) memory: T::Memory,
     /// What differs from the model in this episode.
     pub(super) varied: Varied,
     /// The number of episodes since the seed for which something was drawn beside `random`.
@@ -78,6 +80,7 @@ impl<S: Simulator> FetchEnv<S> {
             symmetries: Vec::new(),
             random: None,
             goal: None,
+            memory: (),
             varied: Varied::default(),
             varied_episodes: 0,
             interface: Interface::default(),
@@ -86,7 +89,7 @@ impl<S: Simulator> FetchEnv<S> {
     }
 }
 
-impl<S, R, T> FetchEnv<S, R, T> {
+impl<S: Simulator, R, T: FetchTask<S>> FetchEnv<S, R, T> {
     /// Sets the reward, which also decides success, termination and truncation: it replaces the
     /// configuration's [`DistanceReward`]. The environment then has no
     /// [symmetries](GoalEnv::symmetries), because the reward may prefer one side, until
@@ -126,6 +129,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             lengths: self.lengths,
             random: self.random,
             goal: self.goal,
+            memory: self.memory,
             varied: self.varied,
             varied_episodes: self.varied_episodes,
             interface: self.interface,
@@ -139,10 +143,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
     /// # Errors
     /// [`MakeError::EmptyGoal`] if goals have no elements, [`MakeError::Space`] if they or the extra
     /// elements are too many for a space.
-    pub fn with_task<U: FetchTask<S>>(self, task: U) -> Result<FetchEnv<S, R, U>, MakeError>
-    where
-        S: Simulator,
-    {
+    pub fn with_task<U: FetchTask<S>>(self, task: U) -> Result<FetchEnv<S, R, U>, MakeError> {
         let Self { config, reward, simulator, action_space, random, varied_episodes, .. } = self;
         let lengths = Lengths::of(&task);
         let observation_space = observation_space(&config, lengths)?;
@@ -158,6 +159,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
             lengths,
             random,
             goal,
+            memory: U::Memory::default(),
             varied: Varied::default(),
             varied_episodes,
             interface: Interface::default(),
@@ -231,6 +233,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
 
     /// Returns the observation of a state that the simulator has just reached.
     fn observe_next(&mut self, goal: &Goal) -> Result<FetchObservation, EnvError> {
+        self.task.remember(&self.simulator, &mut self.memory)?;
         let mut observation = self.measure(goal)?;
         self.interface.observe(observation.observation());
         self.interface.show(&mut observation);
@@ -239,12 +242,12 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> FetchEnv<S, R, T> {
 
     /// Returns the observation of the current state, without delay.
     fn measure(&self, goal: &Goal) -> Result<FetchObservation, EnvError> {
-        let Self { simulator, task, .. } = self;
+        let Self { simulator, task, memory, .. } = self;
         let (gripper, object) = (simulator.gripper(), simulator.object());
         let period = simulator.control_period();
         let mut observation = FetchObservation::new(&gripper, object.as_ref(), period);
-        task.achieved_goal(simulator, observation.set_goals(goal))?;
-        task.observe_extra(simulator, observation.add_extra(self.lengths.extra))?;
+        task.achieved_goal(simulator, memory, observation.set_goals(goal))?;
+        task.observe_extra(simulator, memory, observation.add_extra(self.lengths.extra))?;
         self.interface.disturb(&mut observation);
         Ok(observation)
     }

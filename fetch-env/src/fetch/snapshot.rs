@@ -8,19 +8,21 @@ use super::observation::{FetchObservation, Goal, check_goal};
 use super::{env::FetchEnv, interface::Interface, task::FetchTask, variation::Varied};
 use crate::gym::{env::SnapshotEnv, error::EnvError, np_random::NpRandom};
 
-/// Snapshot of a [`FetchEnv`]: the simulation, the goal and the random numbers.
+/// Snapshot of a [`FetchEnv`]: the simulation, the goal, the task's memory and the random numbers.
 ///
-/// `S` is the simulator's own snapshot. Formats that write every bit of a number preserve it
+/// `S` is the simulator's own snapshot, and `M` the task's [memory](FetchTask::Memory). Formats that write every bit of a number preserve it
 /// exactly; serde_json needs its feature `float_roundtrip`. A snapshot fits every environment whose
 /// simulator is made the same way (task, model, number of substeps) and whose goals have the same
 /// length, whatever its rewards and ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct FetchSnapshot<S> {
+pub struct FetchSnapshot<S, M = ()> {
     sim: SimConfig,
     simulator: S,
     random: Option<NpRandom>,
     goal: Option<Goal>,
+    #[serde(default)]
+    memory: M,
     #[serde(default)]
     varied: Varied,
     #[serde(default)]
@@ -30,7 +32,7 @@ pub struct FetchSnapshot<S> {
 }
 
 impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R, T> {
-    type Snapshot = FetchSnapshot<S::Snapshot>;
+    type Snapshot = FetchSnapshot<S::Snapshot, T::Memory>;
 
     fn snapshot(&self) -> Self::Snapshot {
         FetchSnapshot {
@@ -38,6 +40,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
             simulator: self.simulator.snapshot(),
             random: self.random.clone(),
             goal: self.goal.clone(),
+            memory: self.memory.clone(),
             varied: self.varied.clone(),
             varied_episodes: self.varied_episodes,
             interface: self.interface.clone(),
@@ -83,6 +86,7 @@ impl<S: Simulator, R: GoalReward, T: FetchTask<S>> SnapshotEnv for FetchEnv<S, R
         self.interface.clone_from(interface);
         self.random.clone_from(&snapshot.random);
         self.goal.clone_from(&snapshot.goal);
+        self.memory.clone_from(&snapshot.memory);
         Ok(())
     }
 

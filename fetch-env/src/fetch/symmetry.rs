@@ -5,6 +5,7 @@ use goal_reward::{Mirror, Mirrored, Symmetry, SymmetryError};
 
 use super::env::FetchEnv;
 use super::layout::{Kind, observation_fields};
+use super::task::FetchTask;
 
 /// One or two mirrors: the positions of the planes across the x axis and the y axis, in meters.
 #[derive(Clone, Copy)]
@@ -36,7 +37,7 @@ impl Planes {
     }
 }
 
-impl<S, R, T> FetchEnv<S, R, T> {
+impl<S: Simulator, R, T: FetchTask<S>> FetchEnv<S, R, T> {
     /// Sets the [symmetries](crate::GoalEnv::symmetries) of a reward, a task or a model of your
     /// own. [`robot_symmetries`](Self::robot_symmetries) returns those of the robot, from which you
     /// can start.
@@ -62,9 +63,7 @@ impl<S, R, T> FetchEnv<S, R, T> {
         self.symmetries = symmetries.into();
         self
     }
-}
 
-impl<S: Simulator, R, T> FetchEnv<S, R, T> {
     /// Returns the symmetries of Fetch: left-right, front-back, and both combined. Each mirrors the
     /// elements that [`FetchObservation`](crate::FetchObservation) documents, goals that are
     /// positions, and actions. The mirrors are perpendicular to the y axis and to the x axis and

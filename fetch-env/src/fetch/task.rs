@@ -1,8 +1,9 @@
 //! Tasks: their goals, and what they add to the observation.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, fmt::Debug};
 
 use fetch_sim::{Settled, Simulator, Task};
+use serde::{Serialize, de::DeserializeOwned};
 
 use super::config::{FetchConfig, MAX_TARGET_RISE};
 use crate::gym::{error::EnvError, np_random::NpRandom};
@@ -11,9 +12,10 @@ use crate::gym::{error::EnvError, np_random::NpRandom};
 /// achieves, and what is observed besides the robot and the object.
 ///
 /// [`Task`] implements it for the built-in tasks. For a task of your own, implement it for a type
-/// and pass a value to [`FetchEnv::with_task`](super::env::FetchEnv::with_task). A task has no
-/// state: everything that an episode changes is in the simulator and in the goal, so a snapshot
-/// contains all of it.
+/// and pass a value to [`FetchEnv::with_task`](super::env::FetchEnv::with_task). The value itself
+/// has no state: all that an episode changes is in the simulator, in the goal and in the
+/// [memory](Self::Memory), so a snapshot contains all of it. State in a `Cell` or a `Mutex` of the
+/// task would not be restored, and [`check_goal_env`](crate::check::check_goal_env) finds it.
 ///
 /// ```
 /// use fetch_env::{
@@ -26,6 +28,8 @@ use crate::gym::{error::EnvError, np_random::NpRandom};
 /// struct Circle;
 ///
 /// impl<S: Simulator> FetchTask<S> for Circle {
+///     type Memory = ();
+///
 ///     fn goal_len(&self) -> usize {
 ///         3
 ///     }
@@ -47,8 +51,8 @@ use crate::gym::{error::EnvError, np_random::NpRandom};
 ///         Ok(())
 ///     }
 ///
-///     fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError> {
-///         achieved_goal.copy_from_slice(simulator.gripper().position.as_slice());
+///     fn achieved_goal(&self, simulator: &S, _: &(), goal: &mut [f64]) -> Result<(), EnvError> {
+///         goal.copy_from_slice(simulator.gripper().position.as_slice());
 ///         Ok(())
 ///     }
 /// }
@@ -61,6 +65,12 @@ use crate::gym::{error::EnvError, np_random::NpRandom};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait FetchTask<S: Simulator> {
+    /// What the task remembers of the episode, such as which buttons have been touched; `()` if the
+    /// simulator's state says all. The environment keeps it, and snapshots hold it. Rewards see of it
+    /// what the achieved goal says, and policies what an observation says. Before the first reset it is
+    /// the default.
+    type Memory: Clone + Debug + Default + PartialEq + Serialize + DeserializeOwned;
+
     /// Returns the number of elements of a goal, at least 1. Environments ask once, when the task is
     /// set.
     fn goal_len(&self) -> usize;
@@ -76,7 +86,8 @@ pub trait FetchTask<S: Simulator> {
     /// The simulator has just been reset, with the object's start drawn as the
     /// [configuration](FetchConfig::object_range) says. Draw all random numbers from `random`,
     /// which the seed determines. The goal's elements must be numbers of at most
-    /// [`LARGEST_NUMBER`](fetch_sim::LARGEST_NUMBER); the reset returns an error for others.
+    /// [`LARGEST_NUMBER`](fetch_sim::LARGEST_NUMBER); the reset returns an error for others. Returns
+    /// the memory with which the episode begins.
     ///
     /// # Errors
     /// Any [`EnvError`], which the reset then returns.
@@ -86,7 +97,7 @@ pub trait FetchTask<S: Simulator> {
         simulator: &mut S,
         random: &mut NpRandom,
         desired_goal: &mut [f64],
-    ) -> Result<(), EnvError>;
+    ) -> Result<Self::Memory, EnvError>;
 
     /// Returns the names of this task's own factors, which a
     /// [`Variation`](crate::variation::Variation) may draw: none by default.
@@ -109,19 +120,39 @@ pub trait FetchTask<S: Simulator> {
         Ok(())
     }
 
+    /// Takes a new state into the memory: once at the end of each reset and of each step, before the
+    /// goal and the observation of that state. By default it changes nothing.
+    ///
+    /// # Errors
+    /// Any [`EnvError`], which the reset or the step then returns.
+    fn remember(&self, simulator: &S, memory: &mut Self::Memory) -> Result<(), EnvError> {
+        let _ = (simulator, memory);
+        Ok(())
+    }
+
     /// Writes the goal that the current state achieves.
     ///
     /// # Errors
     /// Any [`EnvError`], which the reset or the step then returns.
-    fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError>;
+    fn achieved_goal(
+        &self,
+        simulator: &S,
+        memory: &Self::Memory,
+        achieved_goal: &mut [f64],
+    ) -> Result<(), EnvError>;
 
     /// Writes the elements that follow those of
     /// [`FetchObservation`](super::observation::FetchObservation)'s table.
     ///
     /// # Errors
     /// Any [`EnvError`], which the reset or the step then returns.
-    fn observe_extra(&self, simulator: &S, extra: &mut [f64]) -> Result<(), EnvError> {
-        let _ = (simulator, extra);
+    fn observe_extra(
+        &self,
+        simulator: &S,
+        memory: &Self::Memory,
+        extra: &mut [f64],
+    ) -> Result<(), EnvError> {
+        let _ = (simulator, memory, extra);
         Ok(())
     }
 
@@ -134,6 +165,8 @@ pub trait FetchTask<S: Simulator> {
 
 /// The built-in tasks: the gripper's position is the goal in Reach, and the object's in the others.
 impl<S: Simulator> FetchTask<S> for Task {
+    type Memory = ();
+
     fn goal_len(&self) -> usize {
         3
     }
@@ -149,11 +182,11 @@ impl<S: Simulator> FetchTask<S> for Task {
         Ok(())
     }
 
-    fn achieved_goal(&self, simulator: &S, achieved_goal: &mut [f64]) -> Result<(), EnvError> {
+    fn achieved_goal(&self, simulator: &S, _: &(), goal: &mut [f64]) -> Result<(), EnvError> {
         let object = simulator.object().filter(|_| self.has_object());
         let position =
             object.map_or_else(|| simulator.gripper().position, |object| object.position);
-        achieved_goal.copy_from_slice(position.as_slice());
+        goal.copy_from_slice(position.as_slice());
         Ok(())
     }
 }

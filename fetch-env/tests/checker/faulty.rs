@@ -53,6 +53,7 @@ pub(crate) enum Fault {
     RestoresNothing,
     ForgetsTheEpisodes,
     RestoresANewEnvironmentAsRunning,
+    HidesState,
 }
 
 /// A Push task without physics, with a fault.
@@ -65,6 +66,8 @@ pub(crate) struct Faulty {
     last_seed: u64,
     episodes: u32,
     elapsed: u32,
+    /// Whether the gripper has been far to the left in this episode, which no snapshot holds.
+    was_left: bool,
 }
 
 impl Faulty {
@@ -100,6 +103,7 @@ impl Faulty {
             last_seed: 0,
             episodes: 0,
             elapsed: 0,
+            was_left: false,
         })
     }
 
@@ -131,6 +135,9 @@ impl Faulty {
         }
         if self.is(Fault::RemembersEpisodes) {
             copy.observation[0] += 1e-9 * f64::from(self.episodes);
+        }
+        if self.is(Fault::HidesState) && self.was_left {
+            copy.achieved_goal[2] += 1e-9;
         }
         if self.is(Fault::MovesTheGoal) {
             copy.desired_goal[0] += 1e-9 * f64::from(self.elapsed);
@@ -179,7 +186,7 @@ impl Env for Faulty {
         };
         self.last_seed = seed.unwrap_or(self.last_seed);
         self.episodes += 1;
-        self.elapsed = 0;
+        (self.elapsed, self.was_left) = (0, false);
         let Reset { observation, info } = self.env.reset_with(seed, options)?;
         Ok(Reset { observation: self.observation(&observation), info: self.noted(info) })
     }
@@ -211,6 +218,7 @@ impl Env for Faulty {
             step => step,
         }?;
         self.elapsed += 1;
+        self.was_left |= step.observation.grip_position()[1] > 0.9;
         let mut info = step.info;
         match self.fault {
             Fault::NeverSucceeds => info.is_success = false,

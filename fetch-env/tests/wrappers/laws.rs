@@ -28,13 +28,6 @@ where
     check_env(&make, options).and(check_snapshots(&make, options))
 }
 
-fn check_all_goal<E>(make: impl Fn() -> Result<E, EnvError>, options: &CheckOptions) -> CheckReport
-where
-    E: GoalEnv<Observation: BatchObservation> + SnapshotEnv,
-{
-    check_goal_env(&make, options).and(check_snapshots(&make, options))
-}
-
 /// Fails unless several environments give the same results in a vector as alone, and continue from
 /// snapshots that were written as JSON.
 fn ensure_the_same_in_a_vector<E>(make: impl Fn() -> Result<E, EnvError>) -> Result
@@ -100,19 +93,19 @@ macro_rules! laws {
 }
 
 laws! {
-    time_limit: check_all_goal(options().with_max_episode_steps(Some(TWICE))),
+    time_limit: check_goal_env(options().with_max_episode_steps(Some(TWICE))),
         push()?.wrap(TimeLimit::new(TWICE));
-    episode_statistics: check_all_goal(options()), push()?.wrap(RecordEpisodeStatistics::new());
+    episode_statistics: check_goal_env(options()), push()?.wrap(RecordEpisodeStatistics::new());
     flattened_observations: check_all(options()), push()?.wrap(FlattenObservation::new());
     some_flattened_parts: check_all(options()),
         push()?.wrap(FlattenObservation::with_keys(["observation", "desired_goal"]));
-    filtered_observations: check_all_goal(options()),
+    filtered_observations: check_goal_env(options()),
         push()?.wrap(FilterObservation::new((3..6).chain(0..3).chain([24])));
-    frozen_normalization: check_all_goal(options()),
+    frozen_normalization: check_goal_env(options()),
         push()?.wrap(NormalizeObservation::frozen(RunningStatistics::new(25)));
-    time_aware_observations: check_all_goal(options()),
+    time_aware_observations: check_goal_env(options()),
         push()?.wrap(TimeAwareObservation::new(STEPS));
-    stacked_observations: check_all_goal(options()), push()?.wrap(FrameStack::new(FRAMES));
+    stacked_observations: check_goal_env(options()), push()?.wrap(FrameStack::new(FRAMES));
     transformed_observations: check_all(options()), {
         let space = BoxSpace::<f64>::unbounded(3).expect("small").into();
         let way = |observation: FetchObservation| {
@@ -123,18 +116,18 @@ laws! {
     };
     transformed_rewards: check_all(options()),
         push()?.wrap(TransformReward::new(|reward| 10.0 * reward));
-    transformed_rewards_of_goals: check_all_goal(options()),
+    transformed_rewards_of_goals: check_goal_env(options()),
         transform(make_kinematic("FetchPushDense-v4")?, |r| 1.0 + r.exp());
-    rescaled_actions: check_all_goal(options()), push()?.wrap(RescaleAction::new(-0.25, 0.25));
-    clipped_actions: check_all_goal(options()), push()?.wrap(ClipAction::new());
+    rescaled_actions: check_goal_env(options()), push()?.wrap(RescaleAction::new(-0.25, 0.25));
+    clipped_actions: check_goal_env(options()), push()?.wrap(ClipAction::new());
     repeated_actions: check_all(options().with_max_episode_steps(std::num::NonZeroU32::new(25))),
         push()?.wrap(ActionRepeat::new(TWICE));
 
-    goals_through_four_wrappers: check_all_goal(options()), {
+    goals_through_four_wrappers: check_goal_env(options()), {
         let env = push()?.wrap(ClipAction::new())?.wrap(RecordEpisodeStatistics::new())?;
         env.wrap(FrameStack::new(FRAMES))?.wrap(TimeAwareObservation::new(STEPS))
     };
-    goals_through_four_others: check_all_goal(options()), {
+    goals_through_four_others: check_goal_env(options()), {
         let env = push()?.wrap(RescaleAction::new(-1.0, 1.0))?;
         let env = transform(env, |reward| reward - 0.5)?;
         let env = env.wrap(RecordEpisodeStatistics::new())?.wrap(FilterObservation::new(0..9))?;
@@ -154,7 +147,7 @@ laws! {
 #[test]
 fn running_statistics_keep_every_law_but_that_a_seed_repeats_an_observation() -> Result {
     let make = || push()?.wrap(NormalizeObservation::new());
-    let report = check_all_goal(make, &options());
+    let report = check_goal_env(make, &options());
     let failures: Vec<_> = report.failures().map(|check| check.name).collect();
     assert_eq!(failures, ["reset/deterministic", "step/deterministic"], "{report}");
     ensure_the_same_in_a_vector(make)

@@ -54,6 +54,8 @@ impl GoalReward for Obstacle {
 }
 
 impl FetchTask<MujocoSimulator> for Obstacle {
+    type Memory = ();
+
     fn goal_len(&self) -> usize {
         5
     }
@@ -91,6 +93,7 @@ impl FetchTask<MujocoSimulator> for Obstacle {
     fn achieved_goal(
         &self,
         simulator: &MujocoSimulator,
+        _: &(),
         achieved_goal: &mut [f64],
     ) -> Result<(), EnvError> {
         let block = simulator.object_state("object0")?.position;
@@ -102,6 +105,7 @@ impl FetchTask<MujocoSimulator> for Obstacle {
     fn observe_extra(
         &self,
         simulator: &MujocoSimulator,
+        _: &(),
         extra: &mut [f64],
     ) -> Result<(), EnvError> {
         let block = simulator.object_state("object0")?.position;

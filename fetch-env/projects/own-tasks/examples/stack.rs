@@ -51,6 +51,8 @@ fn is_there(achieved: &[f64], desired: &[f64]) -> bool {
 }
 
 impl FetchTask<MujocoSimulator> for Stack {
+    type Memory = ();
+
     fn goal_len(&self) -> usize {
         6
     }
@@ -89,6 +91,7 @@ impl FetchTask<MujocoSimulator> for Stack {
     fn achieved_goal(
         &self,
         simulator: &MujocoSimulator,
+        _: &(),
         achieved_goal: &mut [f64],
     ) -> Result<(), EnvError> {
         for (name, position) in BLOCKS.iter().zip(achieved_goal.chunks_exact_mut(3)) {
@@ -101,6 +104,7 @@ impl FetchTask<MujocoSimulator> for Stack {
     fn observe_extra(
         &self,
         simulator: &MujocoSimulator,
+        _: &(),
         extra: &mut [f64],
     ) -> Result<(), EnvError> {
         let block = simulator.object_state("object1")?;

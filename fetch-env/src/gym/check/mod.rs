@@ -62,10 +62,18 @@ pub fn check_env<E: Env<Observation: BatchObservation>>(
     run(laws().into_iter().chain(checks), &Subject { make: &make, options })
 }
 
-/// Checks the laws of every goal-conditioned environment.
-///
-/// They are those of [`check_env`] and those of goals and rewards.
-pub fn check_goal_env<E: GoalEnv>(
+/// Checks the laws of a goal-conditioned environment: those of [`check_goals`] and of
+/// [`check_snapshots`].
+pub fn check_goal_env<E: GoalEnv + SnapshotEnv>(
+    make: impl Fn() -> Result<E, EnvError>,
+    options: &CheckOptions,
+) -> CheckReport {
+    check_goals(&make, options).and(check_snapshots(&make, options))
+}
+
+/// Checks the laws of a goal-conditioned environment that need no snapshots: those of [`check_env`]
+/// and those of goals and rewards.
+pub fn check_goals<E: GoalEnv>(
     make: impl Fn() -> Result<E, EnvError>,
     options: &CheckOptions,
 ) -> CheckReport {
@@ -83,14 +91,16 @@ pub fn check_goal_env<E: GoalEnv>(
     run(laws().into_iter().chain(checks), &Subject { make: &make, options })
 }
 
-/// Checks that restored snapshots give the same results again.
+/// Checks that restored snapshots give the same results again, so that nothing that an episode
+/// changes lies beside them.
 pub fn check_snapshots<E: SnapshotEnv<Observation: BatchObservation>>(
     make: impl Fn() -> Result<E, EnvError>,
     options: &CheckOptions,
 ) -> CheckReport {
-    let checks: [(&str, Law<E>); 3] = [
+    let checks: [(&str, Law<E>); 4] = [
         ("snapshot/replay", |subject| replay::snapshot(subject, Ok)),
         ("snapshot/other-environment", |subject| replay::snapshot(subject, |_| subject.env())),
+        ("snapshot/hidden-state", replay::hidden_state),
         ("snapshot/before-reset", replay::snapshot_before_reset),
     ];
     run(checks, &Subject { make: &make, options })

@@ -2,7 +2,7 @@
 
 use super::report::{Failure, Outcome, ensure};
 use super::same::{ensure_same_reset, ensure_same_steps, same_observation};
-use super::subject::{Checked, Subject, random_action, random_steps};
+use super::subject::{Checked, Subject, random_action, random_steps, same_steps};
 use crate::gym::env::observation::BatchObservation;
 use crate::gym::{env::SnapshotEnv, error::EnvError};
 
@@ -138,6 +138,32 @@ pub(super) fn snapshot<E: Checked + SnapshotEnv>(
         ensure_same_steps(&other, &first, &again)?;
     }
     Ok(format!("{steps} steps, from {} places", DEPTHS.len()))
+}
+
+/// What to do if a snapshot does not hold everything.
+const HIDDEN: &str = "a snapshot does not hold all that an episode changes: keep none of it in a \
+                      Cell, a Mutex or a static, but in the Memory of a task, the State of a \
+                      wrapper, or the Snapshot of another environment";
+
+/// Snapshots that were taken along some episodes lead on as they did then, in an environment that
+/// has seen nothing else and in the one that has seen all of these episodes.
+pub(super) fn hidden_state<E: Checked + SnapshotEnv>(subject: &Subject<'_, E>) -> Outcome {
+    let (mut env, _) = subject.started()?;
+    let mut rng = subject.rng();
+    let mut pieces = Vec::new();
+    for _ in 0..subject.options.num_steps().div_ceil(2) {
+        let (snapshot, action) = (env.snapshot(), random_action(&env, &mut rng)?);
+        let steps = same_steps(&mut env, &action)?;
+        pieces.push((snapshot, action, steps));
+    }
+    for (snapshot, action, steps) in &pieces {
+        for env in [&mut subject.env()?, &mut env] {
+            env.restore(snapshot)?;
+            let again = same_steps(env, action)?;
+            ensure_same_steps(env, steps, &again).map_err(|failure| failure.advised(HIDDEN))?;
+        }
+    }
+    Ok(format!("none seen, from {} places", pieces.len()))
 }
 
 /// A snapshot from before the first reset restores that state.

@@ -74,6 +74,11 @@ impl Failure {
     pub(super) fn new(message: impl Into<String>) -> Self {
         Self(message.into())
     }
+
+    /// Says first what to do about it.
+    pub(super) fn advised(self, advice: &str) -> Self {
+        Self(format!("{advice} ({})", self.0))
+    }
 }
 
 /// Lets `?` turn any error into a failure. For that reason [`Failure`] itself is not an [`Error`].

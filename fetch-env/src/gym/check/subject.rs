@@ -143,9 +143,27 @@ pub(super) fn random_steps<E: Env>(
     rng: &mut Pcg64,
     num_steps: u32,
 ) -> Result<Vec<StepOf<E>>, EnvError> {
+    steps(env, num_steps, |env| random_action(env, rng))
+}
+
+/// Takes the same action several times, which leads farther than as many random ones.
+pub(super) fn same_steps<E: Env>(
+    env: &mut E,
+    action: &[ActionElement<E>],
+) -> Result<Vec<StepOf<E>>, EnvError> {
+    const NUM_STEPS: u32 = 10;
+    steps(env, NUM_STEPS, |_| Ok(action.to_vec()))
+}
+
+/// Takes steps from the environment's current state and resets it at the end of each episode.
+fn steps<E: Env>(
+    env: &mut E,
+    num_steps: u32,
+    mut next_action: impl FnMut(&E) -> Result<Vec<ActionElement<E>>, EnvError>,
+) -> Result<Vec<StepOf<E>>, EnvError> {
     (0..num_steps)
         .map(|_| {
-            let step = env.step(&random_action(env, rng)?)?;
+            let step = env.step(&next_action(env)?)?;
             if step.is_last() {
                 env.reset(None)?;
             }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use fetch_env::{
     Env, EnvId, GoalEnv, GoalObservation, MujocoEnv, Task,
-    check::{CheckOptions, check_goal_env, check_snapshots},
+    check::{CheckOptions, check_goal_env},
     make,
 };
 use goal_reward::RewardKind;
@@ -121,8 +121,7 @@ fn check_one(id: EnvId, seed: u64) -> anyhow::Result<Vec<Check>> {
 /// Runs the checks of fetch-env's environment checker.
 fn conformance(id: EnvId, _env: &mut MujocoEnv, seed: u64) -> anyhow::Result<Vec<Check>> {
     let options = CheckOptions::default().with_seed(seed);
-    let make = || Ok(make(id)?);
-    let report = check_goal_env(make, &options).and(check_snapshots(make, &options));
+    let report = check_goal_env(|| Ok(make(id)?), &options);
     Ok(report
         .checks
         .iter()
