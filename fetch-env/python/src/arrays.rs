@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use fetch_env::{FetchEnv, FetchObservation, GoalObservation, Info, MujocoSimulator, Simulator};
+use fetch_env::{FetchObservation, GoalObservation, Info, Simulator};
 use numpy::{
     PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods, dtype,
@@ -10,6 +10,7 @@ use numpy::{
 use pyo3::{intern, prelude::*, sync::PyOnceLock, types::PyDict};
 
 use crate::error::{Error, Result};
+use crate::task::Simulated;
 
 /// The most dimensions that the crate numpy takes; numpy 2 itself takes 64.
 const MAX_DIMENSIONS: usize = 32;
@@ -173,7 +174,7 @@ pub(crate) fn info<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyD
 pub(crate) type Settled<'py> = (Bound<'py, PyArray1<f64>>, Option<f64>);
 
 /// Returns what the settled scene of an environment shows.
-pub(crate) fn settled<'py>(py: Python<'py>, env: &FetchEnv<MujocoSimulator>) -> Settled<'py> {
+pub(crate) fn settled<'py>(py: Python<'py>, env: &Simulated) -> Settled<'py> {
     let settled = env.simulator().settled();
     (PyArray1::from_slice(py, settled.gripper_position.as_slice()), settled.object_height)
 }

@@ -1,6 +1,6 @@
 //! The settings of an environment, and what follows from them alone: lengths and rewards.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use fetch_env::{EnvId, FetchConfig, FetchObservation, ModelSource, RewardKind};
 use goal_reward::{GoalPairs, GoalReward, goal_distance};
@@ -14,9 +14,10 @@ use pyo3::{
 use crate::arrays::{Numbers, Shape};
 use crate::error::{Error, Result};
 use crate::integer::Integer;
+use crate::task::{AnyReward, Own, OwnTask, check_factors};
 use crate::variation;
 
-/// The number of elements of a goal: x, y and z.
+/// The number of elements of a goal of the built-in tasks: x, y and z.
 pub(crate) const GOAL_LEN: usize = 3;
 /// The number of elements of an action.
 pub(crate) const ACTION_LEN: usize = 4;
@@ -29,6 +30,8 @@ const ROUNDING: f64 = 1e-5;
 pub(crate) struct Config {
     pub(crate) config: FetchConfig,
     pub(crate) id: EnvId,
+    /// The task in Python, if there is one.
+    pub(crate) task: Option<Arc<OwnTask>>,
 }
 
 #[pymethods]
@@ -47,6 +50,7 @@ impl Config {
         target_in_the_air = None,
         max_episode_steps = None,
         variation = None,
+        task = None,
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords")]
     fn new(
@@ -61,6 +65,7 @@ impl Config {
         target_in_the_air: Option<bool>,
         max_episode_steps: Option<Integer<u32>>,
         variation: Option<&Bound<'_, PyDict>>,
+        task: Option<&Bound<'_, PyAny>>,
     ) -> Result<Self> {
         let mut id: EnvId = env_id.strip_prefix("fetch_env/").unwrap_or(env_id).parse()?;
         match reward_type {
@@ -73,9 +78,14 @@ impl Config {
                 )));
             }
         }
-        let mut config = id.config().with_model(match model.to_str() {
-            Some("builtin") => ModelSource::Builtin,
-            Some("reference") => ModelSource::Reference,
+        let extension = task.map(OwnTask::extension).transpose()?.flatten();
+        let mut config = id.config().with_model(match (model.to_str(), extension) {
+            (Some("builtin"), Some(extension)) => ModelSource::Extended(extension),
+            (_, Some(_)) => {
+                return Err(Error::value("the task extends the built-in model: leave out model"));
+            }
+            (Some("builtin"), None) => ModelSource::Builtin,
+            (Some("reference"), None) => ModelSource::Reference,
             _ => ModelSource::Folder(model),
         });
         if let Some(meters) = distance_threshold {
@@ -102,7 +112,10 @@ impl Config {
         if let Some(draws) = variation {
             config = config.with_variation(variation::variation(draws)?);
         }
-        Ok(Self { config, id })
+        let settings = config.distance_reward();
+        let task = task.map(|task| OwnTask::new(task, settings)).transpose()?.map(Arc::new);
+        check_factors(task.as_ref(), config.variation().iter().map(|(factor, _)| factor))?;
+        Ok(Self { config, id, task })
     }
 
     /// The name of the environment, such as FetchPush-v4.
@@ -114,7 +127,14 @@ impl Config {
     /// Number of elements of `observation`.
     #[getter]
     pub(crate) fn observation_len(&self) -> usize {
-        FetchObservation::len_of(self.config.task())
+        let extra = self.task.as_ref().map_or(0, |task| task.extra_len);
+        FetchObservation::len_of(self.config.task()) + extra
+    }
+
+    /// Number of elements of a goal.
+    #[getter]
+    pub(crate) fn goal_len(&self) -> usize {
+        self.task.as_ref().map_or(GOAL_LEN, |task| task.goal_len)
     }
 
     /// Duration of a control step, in seconds.
@@ -187,14 +207,16 @@ impl Config {
         let model = match sim.model() {
             ModelSource::Folder(path) => path.display().to_string(),
             ModelSource::Reference => "reference".to_owned(),
+            ModelSource::Extended(extension) => serde_json::json!(extension).to_string(),
             _ => "builtin".to_owned(),
         };
         let variation = match config.variation() {
             variation if variation.is_empty() => String::new(),
             variation => format!(", variation={}", serde_json::json!(variation)),
         };
+        let task = self.task.as_ref().map_or_else(String::new, |task| format!(", task={task}"));
         format!(
-            "{}, reward_type={:?}, distance_threshold={:?}, n_substeps={}, model={model:?}{variation}",
+            "{}, reward_type={:?}, distance_threshold={:?}, n_substeps={}, model={model:?}{variation}{task}",
             EnvId { reward: RewardKind::Sparse, ..self.id },
             self.reward_type(),
             config.distance_threshold().get(),
@@ -210,14 +232,17 @@ impl Config {
         desired_goal: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyAny>> {
         let py = achieved_goal.py();
-        let goals = Goals::take(achieved_goal, desired_goal)?;
+        let goals = Goals::take(achieved_goal, desired_goal, self.goal_len())?;
         let mut rewards = vec![0.0; goals.len()];
-        let reward = self.config.distance_reward();
-        reward.try_reward_batch(goals.pairs()?, &mut rewards).map_err(Error::value)?;
+        let reward = self.reward();
+        let computed = reward.try_reward_batch(goals.pairs()?, &mut rewards);
+        reward.check()?;
+        computed.map_err(Error::value)?;
         if goals.batch_shape.is_empty() {
             return Ok(PyFloat::new(py, rewards[0]).into_any());
         }
-        if goals.are_single || self.config.reward() == RewardKind::Sparse {
+        let is_short = goals.are_single || self.config.reward() == RewardKind::Sparse;
+        if is_short && self.task.is_none() {
             let rewards = rewards.iter().map(|&reward| reward as f32);
             let rewards = PyArray1::from_iter(py, rewards);
             return Ok(rewards.reshape(goals.batch_shape)?.into_any());
@@ -233,7 +258,11 @@ impl Config {
         reward: &Bound<'_, PyAny>,
         is_checked: Vec<bool>,
     ) -> Result<()> {
-        let goals = Goals::take(achieved_goal, desired_goal)?;
+        if self.task.is_some() {
+            // A reward of the user's own may change however little its goals are rounded.
+            return Ok(());
+        }
+        let goals = Goals::take(achieved_goal, desired_goal, self.goal_len())?;
         let rewards = Numbers::of_shape("reward", reward, &goals.batch_shape)?.to_double();
         let expected = self.config.distance_reward();
         let pairs = goals.pairs()?;
@@ -263,7 +292,9 @@ impl Config {
         desired_goal: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyAny>> {
         let reward = self.config.distance_reward();
-        flags(achieved_goal, desired_goal, |pairs, out| reward.terminated_batch(pairs, out))
+        flags(achieved_goal, desired_goal, self.goal_len(), |pairs, out| {
+            reward.terminated_batch(pairs, out)
+        })
     }
 
     /// Whether steps with these goals would cut the episode off, time limits aside.
@@ -273,7 +304,9 @@ impl Config {
         desired_goal: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyAny>> {
         let reward = self.config.distance_reward();
-        flags(achieved_goal, desired_goal, |pairs, out| reward.truncated_batch(pairs, out))
+        flags(achieved_goal, desired_goal, self.goal_len(), |pairs, out| {
+            reward.truncated_batch(pairs, out)
+        })
     }
 
     /// Whether the achieved goals count as the desired ones.
@@ -282,8 +315,29 @@ impl Config {
         achieved_goal: &Bound<'py, PyAny>,
         desired_goal: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyAny>> {
-        let reward = self.config.distance_reward();
-        flags(achieved_goal, desired_goal, |pairs, out| reward.is_success_batch(pairs, out))
+        let reward = self.reward();
+        flags(achieved_goal, desired_goal, self.goal_len(), |pairs, out| {
+            reward.is_success_batch(pairs, out)
+        })
+    }
+}
+
+impl Config {
+    /// Returns the task in Python, with its methods called once for many environments or for each.
+    pub(crate) fn own(&self, is_together: bool) -> Option<Own> {
+        self.task.clone().map(|task| Own { task, is_together })
+    }
+
+    /// Returns the reward of the settings, or of the task in Python.
+    pub(crate) fn reward(&self) -> AnyReward {
+        let settings = || self.config.distance_reward().into();
+        self.own(false).map_or_else(settings, AnyReward::Own)
+    }
+
+    /// Refuses a task in Python, for what only the built-in ones can do.
+    pub(crate) fn check_built_in(&self, remedy: &str) -> Result<()> {
+        let refusal = || Error::value(format!("this is for the built-in tasks: {remedy}"));
+        self.task.as_ref().map_or(Ok(()), |_| Err(refusal()))
     }
 }
 
@@ -298,7 +352,11 @@ struct Goals {
 }
 
 impl Goals {
-    fn take(achieved_goal: &Bound<'_, PyAny>, desired_goal: &Bound<'_, PyAny>) -> Result<Self> {
+    fn take(
+        achieved_goal: &Bound<'_, PyAny>,
+        desired_goal: &Bound<'_, PyAny>,
+        goal_len: usize,
+    ) -> Result<Self> {
         let achieved = Numbers::take("achieved_goal", achieved_goal)?;
         let desired = Numbers::take("desired_goal", desired_goal)?;
         if achieved.shape() != desired.shape() {
@@ -309,11 +367,11 @@ impl Goals {
             )));
         }
         let (dim, batch_shape) = match achieved.shape() {
-            [batch_shape @ .., dim @ GOAL_LEN] => (dim, batch_shape),
+            [batch_shape @ .., dim] if *dim == goal_len => (dim, batch_shape),
             shape => {
                 let shape = Shape(shape);
                 return Err(Error::value(format!(
-                    "the goals have the shape {shape}: pass (..., {GOAL_LEN})"
+                    "the goals have the shape {shape}: pass (..., {goal_len})"
                 )));
             }
         };
@@ -339,10 +397,11 @@ impl Goals {
 fn flags<'py>(
     achieved_goal: &Bound<'py, PyAny>,
     desired_goal: &Bound<'py, PyAny>,
+    goal_len: usize,
     compute: impl FnOnce(GoalPairs<'_>, &mut [bool]) -> Result<(), goal_reward::GoalError>,
 ) -> Result<Bound<'py, PyAny>> {
     let py = achieved_goal.py();
-    let goals = Goals::take(achieved_goal, desired_goal)?;
+    let goals = Goals::take(achieved_goal, desired_goal, goal_len)?;
     let mut flags = vec![false; goals.len()];
     compute(goals.pairs()?, &mut flags).map_err(Error::value)?;
     if goals.batch_shape.is_empty() {

@@ -36,6 +36,7 @@ pub(crate) fn write_dataset(
     seed: Integer<u64>,
     snapshots: bool,
 ) -> Result<String> {
+    config.check_built_in("write its episodes with Minari's own collector")?;
     let acting = policy.map(|policy| Acting::take(policy, batched)).transpose()?;
     let config = config.config.clone();
     let (Integer(episodes), Integer(seed)) = (episodes, seed);
@@ -106,6 +107,7 @@ pub(crate) struct NamedPolicy(Exclusive<SetPolicy>);
 impl NamedPolicy {
     #[new]
     fn new(py: Python<'_>, config: &Config, name: &str) -> Result<Self> {
+        config.check_built_in("pass a policy of your own")?;
         let kind = kind_of(name)?;
         let config = config.config.clone();
         let env = simulate(py, || make(config))?;

@@ -1,11 +1,9 @@
 //! One environment.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
-use fetch_env::{
-    Env as _, FetchEnv, FetchObservation, Info, MovingGoal, MujocoSimulator, SnapshotEnv, Step,
-};
-use fetch_sim::builtin_files;
+use fetch_env::{Env as _, FetchObservation, Info, MovingGoal, SnapshotEnv, Step};
+use fetch_sim::scene_files;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::{
     IntoPyObjectExt,
@@ -14,22 +12,22 @@ use pyo3::{
 };
 
 use crate::arrays::{self, Numbers, Settled};
-use crate::config::Config;
+use crate::config::{Config, GOAL_LEN};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::pictures::Pictures;
 use crate::reset::{reset_options, seed};
+use crate::task::{self, OwnTask, Simulated};
 use crate::variation::varied;
 use crate::warnings::simulate;
 
-type Simulated = FetchEnv<MujocoSimulator>;
 /// Observation, reward, whether the task has ended or was cut off, and info.
 type StepTuple<'py> = (Bound<'py, PyDict>, f64, bool, bool, Bound<'py, PyDict>);
 
 /// One environment, without a time limit. A call that simulates releases the interpreter.
 #[pyclass(frozen, module = "fetch_env._native")]
-pub(crate) struct Env(Exclusive<Parts>);
+pub(crate) struct Env(Exclusive<Parts>, Option<Arc<OwnTask>>);
 
 /// The environment and its renderer.
 struct Parts {
@@ -40,6 +38,11 @@ struct Parts {
 
 #[pymethods]
 impl Env {
+    /// Raises the exception of the reward of a task in Python.
+    fn check(&self) -> Result<()> {
+        self.1.as_ref().map_or(Ok(()), |task| task.check())
+    }
+
     #[new]
     fn new(
         py: Python<'_>,
@@ -48,9 +51,9 @@ impl Env {
         height: Integer<u32>,
     ) -> Result<Self> {
         let pictures = Pictures::new(width.0, height.0)?;
-        let config = config.config.clone();
-        let env = simulate(py, || FetchEnv::on_mujoco(config))?;
-        Ok(Self(Exclusive::new(Parts { env: Some(env), pictures })))
+        let own = config.own(false);
+        let env = simulate(py, || task::make(config.config.clone(), own.as_ref()))?;
+        Ok(Self(Exclusive::new(Parts { env: Some(env), pictures }), config.task.clone()))
     }
 
     /// Begins an episode, and returns its first observation.
@@ -61,10 +64,12 @@ impl Env {
         seed: Option<&Bound<'py, PyAny>>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> Result<Bound<'py, PyDict>> {
-        let (seed, options) = (self::seed(seed)?, reset_options(options)?);
+        let options = reset_options(options, self.1.as_ref())?;
+        let seed = self::seed(seed)?;
         let mut parts = self.0.lock(py)?;
         let env = parts.env()?;
         let reset = simulate(py, || env.reset_with(seed, &options))?;
+        self.check()?;
         Ok(arrays::observation(py, &reset.observation)?)
     }
 
@@ -84,6 +89,7 @@ impl Env {
             let action = action.to_double();
             simulate(py, || env.step_f64(&action))
         }?;
+        self.check()?;
         let Step { observation, reward, terminated, truncated, info } = step;
         let observation = arrays::observation(py, &observation)?;
         Ok((observation, reward, terminated, truncated, arrays::info(py, &info)?))
@@ -91,6 +97,7 @@ impl Env {
 
     /// Replaces the settings of rewards and of what is drawn.
     fn set_config(&self, py: Python<'_>, config: &Config) -> Result<()> {
+        config.check_built_in("make another environment with the settings")?;
         Ok(self.0.lock(py)?.env()?.set_config(config.config.clone())?)
     }
 
@@ -110,7 +117,8 @@ impl Env {
         let goal = Numbers::take("goal", goal)?;
         if goal.shape().len() != 1 {
             let shape = goal.shape();
-            return Err(Error::value(format!("the goal has the shape {shape:?}: pass (3,)")));
+            let len = self.1.as_ref().map_or(GOAL_LEN, |task| task.goal_len);
+            return Err(Error::value(format!("the goal has the shape {shape:?}: pass ({len},)")));
         }
         Ok(self.0.lock(py)?.env()?.set_desired_goal(&goal.to_double())?)
     }
@@ -158,7 +166,7 @@ impl Env {
         if let Some(path) = sim.model().scene_path(sim.task())? {
             return Ok(path.to_string_lossy().into_bound_py_any(py)?);
         }
-        let files = builtin_files(sim.task());
+        let files = scene_files(sim)?;
         let contents: BTreeMap<_, _> = files.iter().collect();
         let main = files.iter().next().map(|(name, _)| name);
         Ok((main, contents).into_bound_py_any(py)?)

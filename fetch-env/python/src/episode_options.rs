@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::reset::options_of_one;
+use crate::task::OwnTask;
 
 /// A function that takes the index of an environment and the number of its episodes so far, and
 /// returns options of a reset or None.
@@ -18,6 +19,8 @@ pub(crate) struct EpisodeOptions(Arc<Shared>);
 
 struct Shared {
     function: Py<PyAny>,
+    /// The task in Python, if there is one.
+    task: Option<Arc<OwnTask>>,
     /// How often it was called for each environment.
     calls: Vec<AtomicU64>,
     /// The first error since the last [`check`](EpisodeOptions::check).
@@ -25,15 +28,16 @@ struct Shared {
 }
 
 impl EpisodeOptions {
-    pub(crate) fn new(function: Py<PyAny>, num_envs: usize) -> Self {
+    pub(crate) fn new(function: Py<PyAny>, num_envs: usize, task: Option<Arc<OwnTask>>) -> Self {
         let calls = (0..num_envs).map(|_| AtomicU64::new(0)).collect();
-        Self(Arc::new(Shared { function, calls, error: Mutex::default() }))
+        Self(Arc::new(Shared { function, task, calls, error: Mutex::default() }))
     }
 
     /// Returns the options of an environment's next episode.
     pub(crate) fn next(&self, py: Python<'_>, env_index: usize) -> Result<FetchResetOptions> {
         let episode = self.0.calls[env_index].fetch_add(1, Ordering::Relaxed);
-        options_of_one(self.0.function.bind(py).call1((env_index, episode))?.as_any())
+        let options = self.0.function.bind(py).call1((env_index, episode))?;
+        options_of_one(&options, self.0.task.as_ref())
     }
 
     /// Returns the options of an episode that begins by itself, on any thread. After an error nothing

@@ -157,6 +157,9 @@ fn gymnasium_error(
 
 impl From<EnvError> for Error {
     fn from(error: EnvError) -> Self {
+        if let Some(error) = error.downcast_ref::<PyErr>() {
+            return Self(Python::attach(|py| error.clone_ref(py)));
+        }
         if let Some(error) = error.downcast_ref::<SimError>() {
             return error.clone().into();
         }

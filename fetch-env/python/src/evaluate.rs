@@ -2,7 +2,7 @@
 
 use baselines::robustness::{RobustnessCurve, RobustnessPoint, SuccessAt};
 use baselines::{Summary, evaluate_vec_while};
-use fetch_env::{FetchConfig, make_vec, vec_env::VecConfig};
+use fetch_env::{FetchConfig, make_vec_while, vec_env::VecConfig};
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -11,6 +11,7 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::integer::Integer;
 use crate::signals::Signals;
+use crate::task::{self, Own, Simulated};
 use crate::warnings::simulate;
 
 /// Episodes of one policy.
@@ -19,10 +20,12 @@ struct Episodes {
     count: usize,
     seed: u64,
     threads: VecConfig,
+    own: Option<Own>,
 }
 
 impl Episodes {
     fn new(
+        config: &Config,
         policy: &Bound<'_, PyAny>,
         batched: bool,
         count: Integer<usize>,
@@ -31,14 +34,18 @@ impl Episodes {
     ) -> Result<Self> {
         let threads = VecConfig::default().with_num_threads(num_threads.0);
         let policy = Acting::take(policy, batched)?;
-        Ok(Self { policy, count: count.0, seed: seed.0, threads })
+        Ok(Self { policy, count: count.0, seed: seed.0, threads, own: config.own(false) })
     }
 
     fn run(&mut self, config: FetchConfig, signals: &mut Signals) -> Result<Summary> {
-        let Self { policy, count, seed, threads } = self;
+        let Self { policy, count, seed, threads, own } = self;
+        let own = own.as_ref();
+        let make = |config| task::make(config, own).map(Simulated::time_limited);
         let most = if policy.is_batched() { 16 } else { 1 };
-        let mut envs = make_vec(config, (*count).clamp(1, most), *threads)?;
+        let mut envs =
+            make_vec_while(config, (*count).clamp(1, most), *threads, make, || signals.go_on())?;
         let run = evaluate_vec_while(&mut envs, policy, *count, *seed, || signals.go_on());
+        own.map_or(Ok(()), |own| own.task.check())?;
         let run = run.and_then(|evaluation| evaluation.summary()).map_err(Error::chain);
         policy.or_error(run)
     }
@@ -55,7 +62,7 @@ pub(crate) fn evaluate(
     seed: Integer<u64>,
     num_threads: Integer<usize>,
 ) -> Result<String> {
-    let mut episodes = Episodes::new(policy, batched, episodes, seed, num_threads)?;
+    let mut episodes = Episodes::new(config, policy, batched, episodes, seed, num_threads)?;
     let mut signals = Signals::new();
     let summary = simulate(py, || episodes.run(config.config.clone(), &mut signals));
     signals.finish()?;
@@ -76,7 +83,7 @@ pub(crate) fn robustness(
     seed: Integer<u64>,
     num_threads: Integer<usize>,
 ) -> Result<String> {
-    let mut episodes = Episodes::new(policy, batched, episodes, seed, num_threads)?;
+    let mut episodes = Episodes::new(config, policy, batched, episodes, seed, num_threads)?;
     // A wrong value is refused before any episode.
     let configs = values.iter().map(|&value| {
         let variation = config.config.variation().clone().with(factor, value);

@@ -4,17 +4,18 @@ use std::ffi::CString;
 use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
+use std::sync::Arc;
 use std::thread::available_parallelism;
 
 use baselines::{
-    learn::{self, CurveRow, Preset, TrainSettings},
+    learn::{self, CurveRow, LearnEnv, Preset, TrainSettings},
     runs::{
         self, Cycles, FolderError, Length, NewRun, Ready, RunDescription, RunFolder, RunModel,
         RunPlan, RunsError, TensorBoard,
     },
     workers::OneProcess,
 };
-use fetch_env::{ModelSource, MujocoEnv};
+use fetch_env::{FetchConfig, ModelSource, MujocoEnv};
 use pyo3::{
     Borrowed,
     exceptions::{PyRuntimeWarning, PyTypeError},
@@ -28,6 +29,7 @@ use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::policy::Policy;
 use crate::signals::Signals;
+use crate::task::{self, Limited, Own, OwnTask};
 use crate::warnings::simulate;
 
 /// A success rate, from 0 to 1.
@@ -59,9 +61,27 @@ pub(crate) struct Trainer {
     num_threads: usize,
 }
 
+/// The environments of a run: the built-in ones, or those of a task in Python.
+enum AnyTrainer {
+    BuiltIn(learn::Trainer<MujocoEnv>),
+    Own(learn::Trainer<Limited>),
+}
+
+/// Does the same with the trainer of any environments.
+macro_rules! with {
+    ($trainer:expr, $name:ident => $result:expr) => {
+        match $trainer {
+            AnyTrainer::BuiltIn($name) => $result,
+            AnyTrainer::Own($name) => $result,
+        }
+    };
+}
+
 /// A run and the folder where it is saved, if it is.
 struct Run {
-    trainer: learn::Trainer<MujocoEnv>,
+    trainer: AnyTrainer,
+    /// The task in Python, if there is one.
+    task: Option<Arc<OwnTask>>,
     plan: RunPlan,
     cycles: Cycles,
     folder: Option<RunFolder>,
@@ -89,6 +109,9 @@ impl Trainer {
         start: Option<PyRef<'_, Policy>>,
         tensorboard: Option<PathBuf>,
     ) -> Result<Self> {
+        if out.is_some() {
+            config.check_built_in("leave out out, and use Training.save")?;
+        }
         let Integer(seed) = seed;
         let num_threads = match num_threads.0 {
             0 => available_parallelism().map_or(1, NonZero::get),
@@ -97,14 +120,34 @@ impl Trainer {
         let settings = if settings.starts_with('{') {
             TrainSettings::from_json(settings).map_err(Error::chain)?
         } else {
-            settings.parse::<Preset>().map_err(Error::chain)?.settings(config.config.task())
+            let preset = settings.parse::<Preset>().map_err(Error::chain)?;
+            let mut settings = preset.settings(config.config.task());
+            if config.task.is_some() {
+                // The mirror images of other tasks are not known.
+                settings.replay.mirrored = 0.0;
+            }
+            settings
         };
         let mut description = describe(config, &settings, seed)?;
         // No success rate is 2.
         (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
         let start = start.map(|policy| policy.copy(py)).transpose()?;
-        let new = NewRun { description, settings, start, overwrite: false };
-        let mut run = simulate(py, || Run::new(new, num_threads, out, resume))?;
+        if start.is_some() {
+            config.check_built_in("leave out start")?;
+        }
+        let own = config.own(false);
+        let mut run = simulate(py, || match own {
+            None => Run::new(
+                NewRun { description, settings, start, overwrite: false },
+                num_threads,
+                out,
+                resume,
+            ),
+            Some(own) => {
+                let config = config.config.clone();
+                Run::of_own_task(config, &description, settings, num_threads, &own)
+            }
+        })?;
         if let Some(folder) = tensorboard {
             let board = TensorBoard::create(&folder);
             run.board = Some(board.map_err(|error| Error::chain(error).at(&folder))?);
@@ -124,15 +167,20 @@ impl Trainer {
     /// if there was an evaluation. An exception of a signal handler stops the cycle, which the next
     /// call finishes.
     fn cycle(&self, py: Python<'_>) -> Result<(bool, Option<String>)> {
-        let Run { trainer, cycles, folder, board, has_failed, .. } = &mut *self.run.lock(py)?;
+        let Run { trainer, task, cycles, folder, board, has_failed, .. } =
+            &mut *self.run.lock(py)?;
         let folder = folder.as_ref();
         let mut watch = Watch { signals: Signals::new(), row: None };
         let next = simulate(py, || {
-            cycles.next(trainer, folder, &mut watch).map_err(|error| {
+            let next = with!(trainer, trainer => cycles.next(trainer, folder, &mut watch));
+            next.map_err(|error| {
                 *has_failed = matches!(error, RunsError::Train(_));
                 in_python(error, folder.map(RunFolder::path))
             })
         });
+        if let Some(task) = task {
+            task.check().inspect_err(|_| *has_failed = true)?;
+        }
         watch.signals.finish()?;
         if let (Some(board), Some(row)) = (board, &watch.row) {
             board.write(row).map_err(Error::chain)?;
@@ -147,7 +195,7 @@ impl Trainer {
         let Some(folder) = run.folder.as_ref().filter(|_| !run.has_failed) else { return Ok(()) };
         let path = folder.path();
         simulate(py, || {
-            let saved = run.trainer.save(path);
+            let saved = with!(&mut run.trainer, trainer => trainer.save(path));
             saved.map(drop).map_err(|error| in_python(error.into(), Some(path)))
         })
     }
@@ -156,6 +204,8 @@ impl Trainer {
     /// end.
     fn finish(&self, py: Python<'_>) -> Result<()> {
         let Run { trainer, plan, folder, .. } = &mut *self.run.lock(py)?;
+        // A run of a task in Python has no folder.
+        let AnyTrainer::BuiltIn(trainer) = trainer else { return Ok(()) };
         let Some(folder) = folder.as_ref().filter(|_| plan.is_over(trainer)) else { return Ok(()) };
         let mut signals = Signals::new();
         let finished = simulate(py, || {
@@ -174,22 +224,26 @@ impl Trainer {
 
     /// The number of steps so far.
     fn steps(&self, py: Python<'_>) -> Result<u64> {
-        Ok(self.run.lock(py)?.trainer.counters().steps)
+        Ok(with!(&self.run.lock(py)?.trainer, trainer => trainer.counters().steps))
     }
 
     /// The rows of the learning curve as JSON.
     fn curve(&self, py: Python<'_>) -> Result<String> {
-        Ok(serde_json::to_string(self.run.lock(py)?.trainer.rows())?)
+        Ok(with!(&self.run.lock(py)?.trainer, trainer => serde_json::to_string(trainer.rows()))?)
     }
 
     /// The settings as JSON.
     fn settings(&self, py: Python<'_>) -> Result<String> {
-        Ok(serde_json::to_string(self.run.lock(py)?.trainer.settings())?)
+        Ok(
+            with!(&self.run.lock(py)?.trainer, trainer => serde_json::to_string(trainer.settings()))?,
+        )
     }
 
     /// The policy that the run has learned.
     fn policy(&self, py: Python<'_>) -> Result<Policy> {
-        let policy = self.run.lock(py)?.trainer.policy(&self.env_id).map_err(Error::chain)?;
+        let trainer = &self.run.lock(py)?.trainer;
+        let policy = with!(trainer, trainer => trainer.policy(&self.env_id));
+        let policy = policy.map_err(Error::chain)?;
         Ok(policy.into())
     }
 }
@@ -217,7 +271,25 @@ impl Run {
         };
         let cycles = plan.begin(&mut trainer, folder.as_ref());
         let cycles = cycles.map_err(|error| in_python(error, out.as_deref()))?;
-        Ok(Self { trainer, plan, cycles, folder, board: None, has_failed: false })
+        let trainer = AnyTrainer::BuiltIn(trainer);
+        Ok(Self { trainer, task: None, plan, cycles, folder, board: None, has_failed: false })
+    }
+
+    fn of_own_task(
+        config: FetchConfig,
+        description: &RunDescription,
+        settings: TrainSettings,
+        num_threads: usize,
+        own: &Own,
+    ) -> Result<Self> {
+        let (plan, task) = (RunPlan::of(description), Some(Arc::clone(&own.task)));
+        let own = own.clone();
+        let make = move || Ok(task::make(config.clone(), Some(&own))?.time_limited());
+        let trainer = learn::Trainer::new(make, settings, description.seed, num_threads);
+        let mut trainer = trainer.map_err(Error::chain)?;
+        let cycles = plan.begin(&mut trainer, None).map_err(|error| in_python(error, None))?;
+        let trainer = AnyTrainer::Own(trainer);
+        Ok(Self { trainer, task, plan, cycles, folder: None, board: None, has_failed: false })
     }
 }
 
@@ -227,12 +299,12 @@ struct Watch {
     row: Option<CurveRow>,
 }
 
-impl runs::Watch<MujocoEnv> for Watch {
+impl<E: LearnEnv> runs::Watch<E> for Watch {
     fn go_on(&mut self) -> bool {
         self.signals.go_on()
     }
 
-    fn cycle(&mut self, _: &learn::Trainer<MujocoEnv>, row: Option<&CurveRow>) -> ControlFlow<()> {
+    fn cycle(&mut self, _: &learn::Trainer<E>, row: Option<&CurveRow>) -> ControlFlow<()> {
         self.row = row.cloned();
         ControlFlow::Continue(())
     }

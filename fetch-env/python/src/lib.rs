@@ -19,6 +19,7 @@ mod policy;
 mod program;
 mod reset;
 mod signals;
+mod task;
 mod variation;
 mod vec_env;
 mod warnings;
@@ -49,6 +50,8 @@ mod _native {
     use crate::policy::Policy;
     #[pymodule_export]
     use crate::program::run_program;
+    #[pymodule_export]
+    use crate::task::Sim;
     #[pymodule_export]
     use crate::vec_env::VecEnv;
     #[pymodule_export]

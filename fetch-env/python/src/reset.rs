@@ -1,5 +1,7 @@
 //! The seed and the options of a reset.
 
+use std::sync::Arc;
+
 use fetch_env::FetchResetOptions;
 use pyo3::{
     prelude::*,
@@ -9,6 +11,7 @@ use pyo3::{
 use crate::arrays::PerEnv;
 use crate::config::GOAL_LEN;
 use crate::error::{Error, Result};
+use crate::task::{OwnTask, check_factors};
 use crate::variation;
 
 const OPTIONS: &str = "\"desired_goal\", \"gripper_position\", \"object_height\", \
@@ -16,8 +19,11 @@ const OPTIONS: &str = "\"desired_goal\", \"gripper_position\", \"object_height\"
                        \"variation\"";
 
 /// Reads the options of a reset of one environment.
-pub(crate) fn reset_options(options: Option<&Bound<'_, PyDict>>) -> Result<FetchResetOptions> {
-    read(options, None).map(|mut of_each| of_each.remove(0))
+pub(crate) fn reset_options(
+    options: Option<&Bound<'_, PyDict>>,
+    task: Option<&Arc<OwnTask>>,
+) -> Result<FetchResetOptions> {
+    read(options, None, task).map(|mut of_each| of_each.remove(0))
 }
 
 /// Reads the options of a reset of each environment: a dictionary with numbers for all or for each,
@@ -25,9 +31,10 @@ pub(crate) fn reset_options(options: Option<&Bound<'_, PyDict>>) -> Result<Fetch
 pub(crate) fn options_of_each(
     options: Option<&Bound<'_, PyAny>>,
     num_envs: usize,
+    task: Option<&Arc<OwnTask>>,
 ) -> Result<Vec<FetchResetOptions>> {
     let Some(options) = options.filter(|options| !options.is_none()) else {
-        return read(None, Some(num_envs));
+        return read(None, Some(num_envs), task);
     };
     let Ok(of_each) = options.cast::<PyList>() else {
         let one = options.cast::<PyDict>().map_err(|_| {
@@ -36,7 +43,7 @@ pub(crate) fn options_of_each(
                 Error::shown(options)
             ))
         })?;
-        return read(Some(one), Some(num_envs));
+        return read(Some(one), Some(num_envs), task);
     };
     if of_each.len() != num_envs {
         let len = of_each.len();
@@ -44,11 +51,14 @@ pub(crate) fn options_of_each(
             "there are options of {len} environments: pass {num_envs}"
         )));
     }
-    of_each.iter().map(|options| options_of_one(&options)).collect()
+    of_each.iter().map(|options| options_of_one(&options, task)).collect()
 }
 
 /// Reads a dictionary of options, or None.
-pub(crate) fn options_of_one(options: &Bound<'_, PyAny>) -> Result<FetchResetOptions> {
+pub(crate) fn options_of_one(
+    options: &Bound<'_, PyAny>,
+    task: Option<&Arc<OwnTask>>,
+) -> Result<FetchResetOptions> {
     if options.is_none() {
         return Ok(FetchResetOptions::default());
     }
@@ -58,12 +68,13 @@ pub(crate) fn options_of_one(options: &Bound<'_, PyAny>) -> Result<FetchResetOpt
             "the options of an environment are {shown}: pass a dictionary or None"
         ))
     })?;
-    reset_options(Some(one))
+    reset_options(Some(one), task)
 }
 
 fn read(
     options: Option<&Bound<'_, PyDict>>,
     num_envs: Option<usize>,
+    task: Option<&Arc<OwnTask>>,
 ) -> Result<Vec<FetchResetOptions>> {
     let mut all = vec![FetchResetOptions::default(); num_envs.unwrap_or(1)];
     for (key, value) in options.into_iter().flatten() {
@@ -77,7 +88,10 @@ fn read(
                 Ok::<_, Error>(())
             };
         match key.as_str() {
-            "desired_goal" => set(&[GOAL_LEN], &|options, goal| options.with_desired_goal(goal))?,
+            "desired_goal" => {
+                let goal_len = task.map_or(GOAL_LEN, |task| task.goal_len);
+                set(&[goal_len], &|options, goal| options.with_desired_goal(goal))?;
+            }
             "object_position" => {
                 set(&[2], &|options, place| options.with_object_position([place[0], place[1]]))?;
             }
@@ -93,6 +107,7 @@ fn read(
             }
             "variation" => {
                 for (factor, numbers) in variation::fixed(&value, num_envs)? {
+                    check_factors(task, std::iter::once(&factor))?;
                     for (options, number) in all.iter_mut().zip(numbers) {
                         *options = std::mem::take(options).with_factor(factor.clone(), number);
                     }

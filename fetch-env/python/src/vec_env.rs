@@ -1,8 +1,10 @@
 //! Many environments, stepped together.
 
+use std::sync::Arc;
+
 use fetch_env::{
     ActionSpace, BoxSpace, EnvError, FetchObservation, FetchResetOptions, Info, MovingGoal,
-    MujocoEnv, make_vec_while,
+    make_vec_while,
     vec_env::{self, AutoresetMode, VecConfig, VecReset, VecStep},
 };
 use numpy::{PyArray1, PyArray3, ToPyArray, ndarray::ArrayView2};
@@ -13,7 +15,7 @@ use pyo3::{
 };
 
 use crate::arrays::{self, Numbers, Settled};
-use crate::config::{Config, GOAL_LEN};
+use crate::config::Config;
 use crate::episode_options::EpisodeOptions;
 use crate::error::{Error, Result};
 use crate::exclusive::{Exclusive, Guard};
@@ -21,10 +23,11 @@ use crate::integer::Integer;
 use crate::pictures::Pictures;
 use crate::reset::{options_of_each, seed};
 use crate::signals::Signals;
+use crate::task::{self, Limited, Own, Simulated};
 use crate::variation::varied;
 use crate::warnings::simulate;
 
-type Envs = vec_env::VecEnv<MujocoEnv>;
+type Envs = vec_env::VecEnv<Limited>;
 type Flags<'py> = Bound<'py, PyArray1<bool>>;
 type Steps = VecStep<FetchObservation, Info>;
 
@@ -39,6 +42,8 @@ pub(crate) struct VecEnv {
     parts: Exclusive<Parts>,
     /// The kind of transitions; see [`Config::transitions`].
     transitions: String,
+    /// The task in Python, if there is one.
+    own: Option<Own>,
 }
 
 /// The environments and their renderer.
@@ -78,19 +83,24 @@ impl VecEnv {
         };
         let vec_config =
             VecConfig::default().with_num_threads(num_threads.0).with_autoreset(autoreset);
+        // The last states of episodes are gone if the same step begins the next ones.
+        let own = config.own(autoreset != AutoresetMode::SameStep);
         let (transitions, config) = (config.transitions(), config.config.clone());
+        let make = |config| task::make(config, own.as_ref()).map(Simulated::time_limited);
         let mut signals = Signals::new();
-        let envs =
-            simulate(py, || make_vec_while(config, num_envs.0, vec_config, || signals.go_on()));
+        let envs = simulate(py, || {
+            make_vec_while(config, num_envs.0, vec_config, make, || signals.go_on())
+        });
         signals.finish()?;
         let mut envs = envs?;
+        let task = own.as_ref().map(|own| Arc::clone(&own.task));
         let episode_options =
-            episode_options.map(|function| EpisodeOptions::new(function, envs.num_envs()));
+            episode_options.map(|function| EpisodeOptions::new(function, envs.num_envs(), task));
         if let Some(options) = episode_options.clone() {
             envs.set_autoreset_start(move |env_index, _| (None, options.choose(env_index)))?;
         }
         let parts = Parts { envs: Some(envs), episode_options, pictures };
-        Ok(Self { parts: Exclusive::new(parts), transitions })
+        Ok(Self { parts: Exclusive::new(parts), transitions, own })
     }
 
     #[getter]
@@ -114,8 +124,9 @@ impl VecEnv {
         let mut parts = self.lock(py)?;
         let chosen = parts.episode_options.clone().filter(|_| options.is_none());
         let envs = parts.envs()?;
+        let task = self.own.as_ref().map(|own| &own.task);
         let options = match chosen {
-            None => options_of_each(options, envs.num_envs())?,
+            None => options_of_each(options, envs.num_envs(), task)?,
             Some(chosen) => {
                 let is_reset =
                     |env_index| mask.as_ref().is_none_or(|mask| mask.get(env_index) == Some(&true));
@@ -128,8 +139,9 @@ impl VecEnv {
         };
         simulate(py, || {
             let (seeds, mask) = (seeds.as_deref(), mask.as_deref());
-            check(envs.reset_with(&VecReset { seeds, mask, options: Some(&options) })?)
+            envs.reset_with(&VecReset { seeds, mask, options: Some(&options) }).map(drop)
         })?;
+        self.finish(py, envs)?;
         Ok(observations(py, envs.last_step())?)
     }
 
@@ -139,7 +151,8 @@ impl VecEnv {
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
         let actions = read_actions(envs, &actions)?;
-        simulate(py, || check(envs.step(&actions)?))?;
+        simulate(py, || envs.step(&actions).map(drop))?;
+        self.finish(py, envs)?;
         parts.check_options()?;
         Ok(results(py, parts.last_step()?)?)
     }
@@ -165,7 +178,8 @@ impl VecEnv {
         if envs.in_flight() == 0 {
             return Err(Error::runtime("no step is under way: call step_async() first"));
         }
-        simulate(py, || check(envs.recv_all()?))?;
+        simulate(py, || envs.recv_all().map(drop))?;
+        self.finish(py, envs)?;
         parts.check_options()?;
         Ok(results(py, parts.last_step()?)?)
     }
@@ -191,12 +205,14 @@ impl VecEnv {
         let goals = Numbers::take("goal", goals)?;
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
-        let num_envs = envs.num_envs();
+        let (num_envs, len) = (envs.num_envs(), envs.last_step().desired_goal().len());
+        let len = len / num_envs;
         let all = match *goals.shape() {
-            [GOAL_LEN] => goals.to_double().repeat(num_envs),
-            [rows, GOAL_LEN] if rows == num_envs => goals.to_double(),
+            [columns] if columns == len => goals.to_double().repeat(num_envs),
+            [rows, columns] if [rows, columns] == [num_envs, len] => goals.to_double(),
             ref shape => {
-                let wrong = format!("goal has the shape {shape:?}: pass (3,), or ({num_envs}, 3)");
+                let wrong =
+                    format!("goal has the shape {shape:?}: pass ({len},), or ({num_envs}, {len})");
                 return Err(Error::value(wrong));
             }
         };
@@ -250,6 +266,7 @@ impl VecEnv {
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
         simulate(py, || envs.restore(&state))?;
+        self.finish(py, envs)?;
         Ok(observations(py, envs.last_step())?)
     }
 
@@ -291,6 +308,17 @@ impl VecEnv {
     pub(crate) fn lock(&self, py: Python<'_>) -> Result<Guard<'_, Parts>> {
         self.parts.lock(py)
     }
+
+    /// Completes the results of a call with those of a task in Python, and raises the error of the
+    /// first environment that has failed.
+    fn finish(&self, py: Python<'_>, envs: &mut Envs) -> Result<()> {
+        match &self.own {
+            Some(own) if own.is_together => task::complete(py, envs, &own.task)?,
+            Some(own) => own.task.check()?,
+            None => {}
+        }
+        check(envs.last_step())
+    }
 }
 
 impl Parts {
@@ -308,19 +336,27 @@ impl Parts {
         self.envs.as_mut().ok_or_else(Error::closed)
     }
 
-    fn env(&mut self, env_index: usize) -> Result<&MujocoEnv> {
+    fn env(&mut self, env_index: usize) -> Result<&Limited> {
         env(self.envs()?, env_index)
     }
 
     /// Returns an environment in which an episode has begun, and the renderer.
-    fn drawn(&mut self, env_index: usize) -> Result<(&MujocoEnv, &mut Pictures)> {
+    fn drawn(&mut self, env_index: usize) -> Result<(&Limited, &mut Pictures)> {
         let env = env(self.envs.as_ref().ok_or_else(Error::closed)?, env_index)?;
         env.inner().observe()?;
         Ok((env, &mut self.pictures))
     }
 }
 
-fn env(envs: &Envs, env_index: usize) -> Result<&MujocoEnv> {
+impl Drop for Parts {
+    /// Threads that are still at work may need the interpreter for a task in Python.
+    fn drop(&mut self) {
+        let envs = self.envs.take();
+        Python::try_attach(|py| py.detach(|| drop(envs)));
+    }
+}
+
+fn env(envs: &Envs, env_index: usize) -> Result<&Limited> {
     let missing =
         || Error::runtime(format!("environment {env_index} is in flight: call step_wait()"));
     envs.env(env_index).ok_or_else(missing)
@@ -347,6 +383,8 @@ fn read_actions(envs: &Envs, actions: &Numbers<'_>) -> Result<Vec<f32>> {
 /// Raises the error of the first environment that has failed.
 fn check(step: &Steps) -> Result<()> {
     match step.errors().next() {
+        // An exception of the user's own code stays as it is.
+        Some((_, error)) if error.downcast_ref::<PyErr>().is_some() => Err(error.clone().into()),
         Some((env_index, error)) => Err(Error::from(error.clone()).of_env(env_index)),
         None => Ok(()),
     }

@@ -2,13 +2,14 @@
 //! its episode.
 
 use fetch_sim::Simulator;
+use goal_reward::DistanceReward;
 
 use super::observation::Goal;
 use super::task::{FetchTask, draw_goal};
 use super::{config::FetchConfig, env::FetchEnv, error::MakeError, reset::FetchResetOptions};
 use crate::gym::{env::goal::MovingGoal, error::EnvError};
 
-impl<S: Simulator> FetchEnv<S> {
+impl<S: Simulator, R: From<DistanceReward>, T: FetchTask<S>> FetchEnv<S, R, T> {
     /// Replaces the settings. The reward's apply from now on, to the episode under way as well, and
     /// those of what is drawn from the next reset on; a [time limit](Self::time_limited) that was
     /// added stays as it is.
@@ -32,7 +33,7 @@ impl<S: Simulator> FetchEnv<S> {
             return Err(MakeError::SimulatorMismatch { reason });
         }
         config.variation().check_built_in(&self.simulator)?;
-        self.reward = config.distance_reward();
+        self.reward = config.distance_reward().into();
         self.config = config;
         Ok(())
     }

@@ -13,6 +13,7 @@ use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError, Task};
 use goal_reward::DistanceReward;
 
 use super::{config::FetchConfig, env::FetchEnv, env_id::EnvId, error::MakeError};
+use crate::gym::env::{Env, observation::BatchObservation};
 use crate::gym::registry::Registry;
 use crate::gym::vec_env::error::VecEnvError;
 use crate::gym::vec_env::{
@@ -95,27 +96,31 @@ pub fn make_vec(
     num_envs: usize,
     vec_config: VecConfig,
 ) -> Result<VecEnv<MujocoEnv>, MakeError> {
-    make_vec_while(config, num_envs, vec_config, || true)
+    make_vec_while(config, num_envs, vec_config, make, || true)
 }
 
-/// Creates environments as [`make_vec`] does, while `goes_on` returns true. It is asked on the
+/// Creates environments as [`make_vec`] does, each with `make`, while `goes_on` returns true. It is asked on the
 /// calling thread, before each environment that this thread makes: tens of thousands take seconds.
 ///
 /// # Errors
 /// As [`make_vec`], and [`MakeError::Stopped`] once `goes_on` has returned false.
-pub fn make_vec_while(
+pub fn make_vec_while<E>(
     config: impl TryInto<FetchConfig, Error: Into<MakeError>>,
     num_envs: usize,
     vec_config: VecConfig,
+    make: impl Fn(FetchConfig) -> Result<E, MakeError> + Sync,
     mut goes_on: impl FnMut() -> bool,
-) -> Result<VecEnv<MujocoEnv>, MakeError> {
+) -> Result<VecEnv<E>, MakeError>
+where
+    E: Env<Observation: BatchObservation> + Send + 'static,
+{
     check_num_envs(num_envs)?;
     let config = &config.try_into().map_err(Into::into)?;
     let threads = vec_config.threads_for(num_envs)?;
     // Keeps the model alive until every environment shares it.
     let _model = shared_model(config.sim())?;
     let is_stopped = &AtomicBool::new(false);
-    let make_next = || {
+    let make_next = &|| {
         if is_stopped.load(Relaxed) { Err(MakeError::Stopped) } else { make(config.clone()) }
     };
     let count = |part: usize| (part + 1) * num_envs / threads - part * num_envs / threads;

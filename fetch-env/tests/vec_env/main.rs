@@ -3,6 +3,7 @@
 
 mod asynchronous;
 mod common;
+mod completion;
 mod failures;
 #[cfg(feature = "her-relabel")]
 mod forgotten;

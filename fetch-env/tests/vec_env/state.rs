@@ -154,10 +154,11 @@ fn too_many_environments_are_refused_even_if_they_never_end() -> Result {
 fn the_caller_stops_the_making_of_many_environments() {
     for num_threads in 1..=3 {
         let (mut asked, config) = (0, VecConfig::default().with_num_threads(num_threads));
-        let stopped = fetch_env::make_vec_while("FetchReach-v4", 3_000, config, || {
-            asked += 1;
-            asked < 3
-        });
+        let stopped =
+            fetch_env::make_vec_while("FetchReach-v4", 3_000, config, fetch_env::make, || {
+                asked += 1;
+                asked < 3
+            });
         assert_eq!(stopped.err(), Some(fetch_env::MakeError::Stopped));
         assert_eq!(asked, 3);
     }

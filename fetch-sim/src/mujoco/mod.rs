@@ -20,7 +20,7 @@ pub use render::{Camera, FreeCamera, RenderError, RenderOptions, Renderer, Segme
 pub use robot::{
     data_mut::DataMut,
     fetch_model::FetchModel,
-    scene::builtin_files,
+    scene::{builtin_files, scene_files},
     simulator::MujocoSimulator,
     snapshot::MujocoSnapshot,
     visual_geoms::{Shape, VisualGeom},

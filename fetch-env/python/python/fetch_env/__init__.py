@@ -18,7 +18,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from . import _native
-from ._native import MujocoError, MujocoWarning, SimulationError
+from ._native import MujocoError, MujocoWarning, Sim, SimulationError
 from .datasets import write_dataset
 from .env import FetchEnv
 from .her import HerBuffer
@@ -28,6 +28,7 @@ from .model import download_reference_model, has_reference_model, library_path
 from .policy import Policy
 from .sampling import Sampling
 from .settings import Settings
+from .task import Task
 from .vector import FetchVectorEnv
 
 __all__ = [
@@ -41,7 +42,9 @@ __all__ = [
     "Policy",
     "Sampling",
     "Settings",
+    "Sim",
     "SimulationError",
+    "Task",
     "Training",
     "download_reference_model",
     "evaluate",

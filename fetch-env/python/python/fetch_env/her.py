@@ -51,8 +51,9 @@ class HerBuffer(Adding):
     Its transitions are of one kind: of one task, reward, distance threshold, number of substeps and
     model. Ranges of goals and objects may differ.
 
-    Relabelled transitions get the rewards of the environment's settings, or those of ``reward``;
-    the others keep their own. Several threads may use a buffer: their calls wait for each other.
+    Relabelled transitions get the rewards of the environment's settings or task, or those of
+    ``reward``; the others keep their own. Several threads may use a buffer: their calls wait for
+    each other.
 
     Other goal-conditioned environments of Gymnasium have one, too, if ``observation``,
     ``achieved_goal``, ``desired_goal`` and the action are vectors::

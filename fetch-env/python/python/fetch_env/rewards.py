@@ -122,7 +122,8 @@ class GoalRewards:
         """Compute the reward of a step with these goals, as hindsight relabeling needs it.
 
         Args:
-            achieved_goal: Goals of shape (..., 3), in meters.
+            achieved_goal: Goals of shape (..., 3), in meters; (..., goal_len) in a task of your
+                own.
             desired_goal: Goals of the same shape.
             info: Not used.
             goal: The reference's keyword for ``desired_goal``: pass one of the two.

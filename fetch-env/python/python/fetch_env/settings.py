@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from typing_extensions import Required
 
+    from .task import Task
+
 
 #: A function that returns the options of an environment's next episode.
 EpisodeOptions: TypeAlias = "Callable[[int, int], dict[str, Any] | None]"
@@ -45,6 +47,8 @@ class Settings(TypedDict, total=False):
     """Factors that are drawn for each episode (domain randomization), by name: a range as ``(low,
     high)``, a number, ``{"log_uniform": (low, high)}`` or ``{"choice": [...]}``. A color, such as
     ``table_color``, has one of these for red, green and blue alike, or three."""
+    task: Task
+    """A task of your own: see :class:`fetch_env.Task`. The name says which robot and object."""
 
 
 class ConfigArguments(Settings, total=False):

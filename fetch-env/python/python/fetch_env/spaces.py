@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
 #: dx, dy, dz, fingers.
 ACTION_LEN = 4
-#: Numbers of a goal: x, y, z in meters.
-GOAL_LEN = 3
 
 #: The parts of an observation, in the order in which the native module takes them.
 PARTS = ("observation", "achieved_goal", "desired_goal")
@@ -43,8 +41,8 @@ def observation_space(config: Config) -> gymnasium.spaces.Dict:
 
     return gymnasium.spaces.Dict(
         {
-            "achieved_goal": part(GOAL_LEN),
-            "desired_goal": part(GOAL_LEN),
+            "achieved_goal": part(config.goal_len),
+            "desired_goal": part(config.goal_len),
             "observation": part(config.observation_len),
         }
     )

@@ -46,7 +46,7 @@ impl Buffer {
         let sampler = self.sampler(Sampler::new(batch_size, strategy, ratio), settings)?;
         let symmetry = match sampler.mirrored() {
             UnitInterval::ZERO => None,
-            _ if reward.is_some() || terminated.is_some() => {
+            _ if reward.is_some() || terminated.is_some() || self.is_of_own_task() => {
                 return Err(Error::value(
                     "mirrored: a function of your own may judge a mirror image differently, and \
                      mirrored rows keep the reward of their original: leave it out",
@@ -62,11 +62,14 @@ impl Buffer {
             py.detach(|| sampler.sample_into(buffer, reward, seed, batch, transforms, columns))
         };
         if reward.is_none() && terminated.is_none() {
-            draw(&self.reward)?;
+            let drawn = draw(&self.reward);
+            self.reward.check()?;
+            drawn?;
         } else {
-            let own = OwnReward::new(reward.as_ref(), terminated.as_ref(), self.reward);
+            let own = OwnReward::new(reward.as_ref(), terminated.as_ref(), &self.reward);
             let drawn = draw(&own);
             own.into_error().map_or(Ok(()), Err)?;
+            self.reward.check()?;
             drawn?;
         }
         columns_of(py, batch, buffer.config().fields())

@@ -94,12 +94,13 @@ impl Buffer {
             desired: Some("desired_goals"),
         };
         let buffer = &mut self.contents.lock(py)?.buffer;
-        let own = OwnReward::new(reward.as_ref(), None, self.reward);
+        let own = OwnReward::new(reward.as_ref(), None, &self.reward);
         let added = py.detach(|| match reward {
             None => buffer.import_ogbench(&path, &goals, &self.reward),
             Some(_) => buffer.import_ogbench(&path, &goals, &own),
         });
         own.into_error().map_or(Ok(()), Err)?;
+        self.reward.check()?;
         added.map_err(|error| Error::chain(error).at(&path))
     }
 }

@@ -15,10 +15,11 @@ use her_relabel::{Batch, BufferConfig, Dims, HerBuffer, TransitionId};
 use pyo3::prelude::*;
 
 use self::columns::column;
-use crate::config::{ACTION_LEN, Config, GOAL_LEN};
+use crate::config::{ACTION_LEN, Config};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
+use crate::task::AnyReward;
 
 /// The environment whose transitions a buffer holds.
 #[derive(FromPyObject)]
@@ -32,9 +33,11 @@ enum Kind<'py> {
 impl Kind<'_> {
     fn dims(&self) -> Dims {
         match self {
-            Self::Fetch(config) => {
-                Dims { observation: config.observation_len(), goal: GOAL_LEN, action: ACTION_LEN }
-            }
+            Self::Fetch(config) => Dims {
+                observation: config.observation_len(),
+                goal: config.goal_len(),
+                action: ACTION_LEN,
+            },
             Self::Other((_, observation, goal, action)) => {
                 Dims { observation: *observation, goal: *goal, action: *action }
             }
@@ -59,7 +62,7 @@ pub(crate) struct Buffer {
     /// The settings of a Fetch task.
     env: Option<FetchConfig>,
     /// Its rewards; those of other environments come from functions.
-    reward: DistanceReward,
+    reward: AnyReward,
     dims: Dims,
     /// The kind of transitions that the environments have.
     transitions: String,
@@ -111,7 +114,10 @@ impl Buffer {
             Kind::Fetch(config) => Some(config.config.clone()),
             Kind::Other(_) => None,
         };
-        let reward = env.as_ref().map_or(DistanceReward::sparse(), FetchConfig::distance_reward);
+        let reward = match &kind {
+            Kind::Fetch(config) => config.reward(),
+            Kind::Other(_) => DistanceReward::sparse().into(),
+        };
         let symmetries = OnceLock::new();
         Ok(Self { contents, env, reward, dims, transitions, task, episode_len, symmetries })
     }
@@ -188,6 +194,10 @@ impl Buffer {
 }
 
 impl Buffer {
+    const fn is_of_own_task(&self) -> bool {
+        matches!(self.reward, AnyReward::Own(_))
+    }
+
     fn check_transitions(&self, theirs: &str) -> Result<()> {
         let ours = &self.transitions;
         if theirs == ours {

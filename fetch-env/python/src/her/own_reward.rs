@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use goal_reward::{DistanceReward, GoalError, GoalPairs, GoalReward};
+use goal_reward::{GoalError, GoalPairs, GoalReward};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::{
     prelude::*,
@@ -11,14 +11,15 @@ use pyo3::{
 
 use crate::arrays::{Numbers, Shape};
 use crate::error::{Error, Result};
+use crate::task::{AnyReward, check_output};
 
 /// The rewards and the terminations of functions of the achieved goals, the desired goals and the
-/// infos of a batch; those of the settings where there is no function.
+/// infos of a batch; those of the settings, or of the task, where there is no function.
 pub(super) struct OwnReward<'a> {
     reward: Option<&'a Py<PyAny>>,
     terminated: Option<&'a Py<PyAny>>,
     /// Tells which goals are reached.
-    settings: DistanceReward,
+    settings: &'a AnyReward,
     /// The first error of a function, for which the trait has no place.
     error: Mutex<Option<Error>>,
 }
@@ -27,7 +28,7 @@ impl<'a> OwnReward<'a> {
     pub(super) const fn new(
         reward: Option<&'a Py<PyAny>>,
         terminated: Option<&'a Py<PyAny>>,
-        settings: DistanceReward,
+        settings: &'a AnyReward,
     ) -> Self {
         Self { reward, terminated, settings, error: Mutex::new(None) }
     }
@@ -96,6 +97,10 @@ impl GoalReward for OwnReward<'_> {
         self.settings.is_success(achieved_goal, desired_goal)
     }
 
+    fn is_success_batch(&self, pairs: GoalPairs<'_>, out: &mut [bool]) -> Result<(), GoalError> {
+        self.settings.is_success_batch(pairs, out)
+    }
+
     /// Leaves `out` as it is if the function fails: NaN, which no batch may have.
     fn reward_batch(&self, pairs: GoalPairs<'_>, out: &mut [f64]) -> Result<(), GoalError> {
         let Some(function) = self.reward else { return self.settings.reward_batch(pairs, out) };
@@ -117,9 +122,4 @@ impl GoalReward for OwnReward<'_> {
         }
         Ok(())
     }
-}
-
-fn check_output(pairs: GoalPairs<'_>, actual: usize) -> Result<(), GoalError> {
-    let expected = pairs.len();
-    if actual == expected { Ok(()) } else { Err(GoalError::OutputLength { expected, actual }) }
 }

@@ -131,6 +131,14 @@ impl<T: Element> GoalRows<T> {
     pub fn desired_goal(&self, num_rows: usize) -> &[f64] {
         self.desired_goal.rows(num_rows)
     }
+
+    /// Replaces the achieved goal of a row, and the end of its observation.
+    pub(crate) fn complete(&mut self, row: usize, achieved_goal: &[f64], extra: &[T]) {
+        self.achieved_goal.row_mut(row).copy_from_slice(achieved_goal);
+        let observation = self.observation.row_mut(row);
+        let start = observation.len() - extra.len();
+        observation[start..].copy_from_slice(extra);
+    }
 }
 
 impl<O: GoalObservation> Rows<O> for GoalRows<O::Element> {
@@ -239,6 +247,10 @@ impl<T: Copy> Matrix<T> {
 
     fn row(&self, row: usize) -> &[T] {
         &self.elements[row * self.len..][..self.len]
+    }
+
+    fn row_mut(&mut self, row: usize) -> &mut [T] {
+        &mut self.elements[row * self.len..][..self.len]
     }
 
     fn write(&mut self, row: usize, values: &[T]) -> Result<(), EnvError> {

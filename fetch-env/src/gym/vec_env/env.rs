@@ -21,7 +21,7 @@ pub struct VecEnv<E: Env<Observation: BatchObservation>> {
     pub(super) idle: Vec<Option<Box<Slot<E>>>>,
     pool: Pool<Slot<E>>,
     in_flight: usize,
-    step: VecStepOf<E>,
+    pub(super) step: VecStepOf<E>,
     pub(super) autoreset: AutoresetMode,
     pub(super) action_space: E::ActionSpace,
     pub(super) observation_space: Space,

@@ -34,6 +34,9 @@ pub enum VecEnvError {
         /// Id of the environment.
         env_index: usize,
     },
+    /// The next episodes have begun, and the last states are gone.
+    #[error("the same step begins the next episodes: complete results in another autoreset mode")]
+    Begun,
     /// The observation space does not describe the observations.
     #[error(transparent)]
     Space(#[from] SpaceError),

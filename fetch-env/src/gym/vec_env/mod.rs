@@ -48,6 +48,7 @@
 //! in the child. A single environment continues in both processes, and the child can make others,
 //! whatever the threads of its parent were doing.
 
+pub(crate) mod completion;
 pub(crate) mod config;
 pub(crate) mod env;
 pub(crate) mod error;
@@ -60,6 +61,7 @@ mod source;
 pub(crate) mod step;
 
 pub use self::{
+    completion::Completion,
     config::{AutoresetMode, VecConfig, VecReset},
     env::VecEnv,
     error::VecEnvError,

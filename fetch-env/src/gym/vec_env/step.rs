@@ -26,15 +26,15 @@ pub struct VecStep<O: BatchObservation, I = Info, A = f32> {
     number: Vec<u64>,
     action_len: usize,
     action: Vec<A>,
-    observation: O::Rows,
+    pub(super) observation: O::Rows,
     /// `None` if it always equals `observation`.
     next_observation: Option<O::Rows>,
-    reward: Vec<f64>,
+    pub(super) reward: Vec<f64>,
     terminated: Vec<bool>,
     truncated: Vec<bool>,
     stepped: Vec<bool>,
     started: Vec<bool>,
-    info: Vec<Option<I>>,
+    pub(super) info: Vec<Option<I>>,
     final_info: Vec<Option<I>>,
     error: Vec<Option<EnvError>>,
 }

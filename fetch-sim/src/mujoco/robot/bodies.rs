@@ -89,6 +89,12 @@ impl Bodies {
         Ok(bodies)
     }
 
+    /// Iterates over the names of the bodies that are no part of the robot.
+    pub(super) fn objects(&self) -> impl Iterator<Item = &str> {
+        let objects = self.named.iter().filter(|body| !matches!(body.shown, Shown::Robot));
+        objects.map(|body| &*body.name)
+    }
+
     /// Returns a body.
     pub(super) fn get(&self, name: &str) -> Result<&NamedBody, SimError> {
         let body = self.named.iter().find(|body| body.name == name);

@@ -34,11 +34,7 @@ pub(crate) fn load(config: &SimConfig, settings: &str) -> Result<Model, SimError
     if let Some(path) = config.model().scene_path(config.task())? {
         return Model::from_path(&path);
     }
-    let files = match config.model() {
-        ModelSource::Extended(extension) => extended(config.task(), extension)?,
-        ModelSource::Files(files) => files.clone(),
-        _ => builtin_files(config.task()),
-    };
+    let files = scene_files(config)?;
     let name = files.iter().next().map_or("", |(name, _)| name);
     let main = format!(r#"<mujoco>{settings}<include file="{name}"/></mujoco>"#);
     let main = ("main of fetch-sim.xml", main.as_str());
@@ -49,6 +45,19 @@ pub(crate) fn load(config: &SimConfig, settings: &str) -> Result<Model, SimError
     })?;
     model.disable_midphase();
     Ok(model)
+}
+
+/// Returns the files of the configured scene, the main one first: of the built-in model if it is in a
+/// [folder](ModelSource::scene_path).
+///
+/// # Errors
+/// [`SimError`] if an [`Extension`] is wrong.
+pub fn scene_files(config: &SimConfig) -> Result<ModelFiles, SimError> {
+    match config.model() {
+        ModelSource::Extended(extension) => extended(config.task(), extension),
+        ModelSource::Files(files) => Ok(files.clone()),
+        _ => Ok(builtin_files(config.task())),
+    }
 }
 
 /// Returns the files of a task's built-in model, for the version of MuJoCo with which this crate

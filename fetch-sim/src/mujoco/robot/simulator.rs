@@ -84,6 +84,11 @@ impl MujocoSimulator {
         DataMut(&mut self.data)
     }
 
+    /// Iterates over the names of the bodies that [`object_state`](Self::object_state) shows.
+    pub fn object_names(&self) -> impl Iterator<Item = &str> {
+        self.fetch.bodies.objects()
+    }
+
     /// Returns the state of a body of the scene, as [`object`](Simulator::object) shows the task's
     /// object: of the site on the body that has its name, or else of the body's frame. Use it for
     /// additional objects of your own model.

@@ -1,0 +1,214 @@
+//! Environments whose task is that of the settings, or a Python object.
+
+mod own;
+mod sim;
+mod together;
+
+use std::{ops::RangeInclusive, sync::Arc};
+
+use fetch_env::variation::{Factor, InterfaceFactor};
+use fetch_env::{
+    EnvError, FetchConfig, FetchEnv, FetchTask, GoalReward, MakeError, MujocoSimulator, NpRandom,
+    Task,
+    wrappers::{TimeLimit, Wrapped},
+};
+use goal_reward::{DistanceReward, GoalError, GoalPairs};
+
+use crate::error::{Error, Result};
+
+pub(crate) use self::{own::OwnTask, sim::Sim, together::complete};
+
+/// An environment without a time limit, and one with it.
+pub(crate) type Simulated = FetchEnv<MujocoSimulator, AnyReward, AnyTask>;
+pub(crate) type Limited = Wrapped<Simulated, TimeLimit>;
+
+/// A task in Python, and whether its methods are called once for many environments: an environment
+/// then returns zeros in place of their results, which [`complete`] replaces.
+#[derive(Clone)]
+pub(crate) struct Own {
+    pub(crate) task: Arc<OwnTask>,
+    pub(crate) is_together: bool,
+}
+
+/// Creates an environment.
+pub(crate) fn make(config: FetchConfig, own: Option<&Own>) -> Result<Simulated, MakeError> {
+    let env = FetchEnv::on_mujoco(config)?;
+    let reward = env.config().distance_reward().into();
+    let task = AnyTask::BuiltIn(env.config().task());
+    match own {
+        None => env.with_goal_reward(reward).with_task(task),
+        Some(own) => {
+            let reward = AnyReward::Own(own.clone());
+            env.with_goal_reward(reward).with_task(AnyTask::Own(own.clone()))
+        }
+    }
+}
+
+/// Raises an error if a task in Python cannot have these factors: its methods may be called for many
+/// environments at once, and what they observe is then neither late nor noisy.
+pub(crate) fn check_factors<'a>(
+    task: Option<&Arc<OwnTask>>,
+    mut factors: impl Iterator<Item = &'a Factor>,
+) -> Result<()> {
+    use InterfaceFactor::{ActionDelay, ActionLowPass, ActionNoise, ActionScale};
+    let is_of_actions = |factor: &InterfaceFactor| {
+        matches!(factor, ActionLowPass | ActionScale | ActionNoise | ActionDelay)
+    };
+    let is_unfit = |factor: &&Factor| match factor {
+        Factor::Interface(factor) => !is_of_actions(factor),
+        _ => false,
+    };
+    match factors.find(is_unfit).filter(|_| task.is_some()) {
+        None => Ok(()),
+        Some(factor) => Err(Error::value(format!(
+            "a task of your own has no {factor}: change observations in a wrapper"
+        ))),
+    }
+}
+
+/// The reward of the settings, or of a task in Python.
+#[derive(Clone)]
+pub(crate) enum AnyReward {
+    Settings(DistanceReward),
+    Own(Own),
+}
+
+impl From<DistanceReward> for AnyReward {
+    fn from(reward: DistanceReward) -> Self {
+        Self::Settings(reward)
+    }
+}
+
+impl AnyReward {
+    /// Raises the exception of a task in Python, if there was one since the last call.
+    pub(crate) fn check(&self) -> Result<()> {
+        match self {
+            Self::Settings(_) => Ok(()),
+            Self::Own(own) => own.task.check(),
+        }
+    }
+}
+
+impl GoalReward for AnyReward {
+    fn reward(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> f64 {
+        let mut reward = [f64::NAN];
+        match (self, GoalPairs::new(achieved_goal, desired_goal, achieved_goal.len())) {
+            (Self::Settings(reward), _) => return reward.reward(achieved_goal, desired_goal),
+            (Self::Own(own), Ok(pair)) if !own.is_together => {
+                own.task.reward_batch(pair, &mut reward);
+            }
+            _ => {}
+        }
+        reward[0]
+    }
+
+    fn is_success(&self, achieved_goal: &[f64], desired_goal: &[f64]) -> bool {
+        let mut success = [false];
+        match (self, GoalPairs::new(achieved_goal, desired_goal, achieved_goal.len())) {
+            (Self::Settings(reward), _) => return reward.is_success(achieved_goal, desired_goal),
+            (Self::Own(own), Ok(pair)) if !own.is_together => {
+                own.task.is_success_batch(pair, &mut success);
+            }
+            _ => {}
+        }
+        success[0]
+    }
+
+    fn bounds(&self) -> RangeInclusive<f64> {
+        match self {
+            Self::Settings(reward) => reward.bounds(),
+            Self::Own(own) => own.task.bounds(),
+        }
+    }
+
+    fn reward_batch(&self, pairs: GoalPairs<'_>, out: &mut [f64]) -> Result<(), GoalError> {
+        match self {
+            Self::Settings(reward) => reward.reward_batch(pairs, out)?,
+            Self::Own(own) => {
+                check_output(pairs, out.len())?;
+                own.task.reward_batch(pairs, out);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_success_batch(&self, pairs: GoalPairs<'_>, out: &mut [bool]) -> Result<(), GoalError> {
+        match self {
+            Self::Settings(reward) => reward.is_success_batch(pairs, out)?,
+            Self::Own(own) => {
+                check_output(pairs, out.len())?;
+                own.task.is_success_batch(pairs, out);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks the length of what is written for pairs of goals.
+pub(crate) fn check_output(pairs: GoalPairs<'_>, actual: usize) -> Result<(), GoalError> {
+    let expected = pairs.len();
+    if actual == expected { Ok(()) } else { Err(GoalError::OutputLength { expected, actual }) }
+}
+
+/// A built-in task, or one in Python.
+#[derive(Clone)]
+pub(crate) enum AnyTask {
+    BuiltIn(Task),
+    Own(Own),
+}
+
+impl FetchTask<MujocoSimulator> for AnyTask {
+    type Memory = ();
+
+    fn goal_len(&self) -> usize {
+        match self {
+            Self::BuiltIn(task) => FetchTask::<MujocoSimulator>::goal_len(task),
+            Self::Own(own) => own.task.goal_len,
+        }
+    }
+
+    fn extra_len(&self) -> usize {
+        match self {
+            Self::BuiltIn(_) => 0,
+            Self::Own(own) => own.task.extra_len,
+        }
+    }
+
+    fn begin_episode(
+        &self,
+        config: &FetchConfig,
+        simulator: &mut MujocoSimulator,
+        random: &mut NpRandom,
+        goal: &mut [f64],
+    ) -> Result<(), EnvError> {
+        match self {
+            Self::BuiltIn(task) => task.begin_episode(config, simulator, random, goal),
+            Self::Own(own) => own.task.begin_episode(simulator, random, goal),
+        }
+    }
+
+    fn achieved_goal(
+        &self,
+        simulator: &MujocoSimulator,
+        memory: &(),
+        goal: &mut [f64],
+    ) -> Result<(), EnvError> {
+        match self {
+            Self::BuiltIn(task) => task.achieved_goal(simulator, memory, goal),
+            Self::Own(own) if own.is_together => Ok(()),
+            Self::Own(own) => own.task.achieved_goal(simulator, goal),
+        }
+    }
+
+    fn observe_extra(
+        &self,
+        simulator: &MujocoSimulator,
+        _: &(),
+        extra: &mut [f64],
+    ) -> Result<(), EnvError> {
+        match self {
+            Self::Own(own) if !own.is_together => own.task.observe_extra(simulator, extra),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,311 @@
+"""Tasks in Python: the same everywhere, called once for all, and exceptions as they are."""
+
+import copy
+import gc
+import pickle
+import runpy
+from pathlib import Path
+
+import fetch_env
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+BLOCK = """
+    <worldbody>
+      <body name="block" pos="1.4 0.9 0.425">
+        <joint type="free"/>
+        <geom type="box" size="0.02 0.02 0.02" mass="1"/>
+      </body>
+    </worldbody>"""
+
+
+class Meet:
+    """Bring the object and a block of its own together, with the gripper above."""
+
+    goal_len = 4
+    extra_len = 3
+    extension = {"xml": BLOCK, "object_mass": 0.5}  # noqa: RUF012
+
+    def __init__(self):
+        self.calls = {}
+
+    def count(self, name, sim):
+        self.calls.setdefault(name, []).append(len(sim.gripper()))
+
+    def begin_episode(self, sim, rng):
+        assert sim.position("block").shape == (3,)
+        place = sim.position("object0") + np.append(rng.uniform(0.06, 0.1, 2), 0)
+        sim.place("block", place, [[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+        np.testing.assert_array_equal(sim.position("block"), place)
+        return [0.0, 0.0, 0.0, rng.uniform(0.1, 0.2)]
+
+    def achieved_goal(self, sim):
+        self.count("achieved_goal", sim)
+        apart = sim.position("object0") - sim.position("block")
+        return np.hstack([apart, sim.gripper()[:, 2:] - 0.4])
+
+    def observe_extra(self, sim):
+        self.count("observe_extra", sim)
+        turned = np.einsum("nij,nj->ni", sim.rotation("block"), sim.velocity("block"))
+        return (
+            turned + sim.angular_velocity("block") + sim.fingers()[:, :1] + sim.gripper_velocity()
+        )
+
+    def compute_reward(self, achieved_goal, desired_goal, info):  # noqa: ARG002
+        return -np.linalg.norm(achieved_goal - desired_goal, axis=-1) * 2
+
+    def is_success(self, achieved_goal, desired_goal):
+        return np.abs(achieved_goal - desired_goal)[:, 3] < 0.1
+
+
+ID = "fetch_env/FetchPush-v4"
+
+
+def vector(num_envs=3, task=None, **settings):
+    """Make environments, whose episodes have 5 steps."""
+    settings = {"max_episode_steps": 5, **settings}
+    return fetch_env.FetchVectorEnv("FetchPush-v4", num_envs, task=task or Meet(), **settings)
+
+
+def trajectory(envs, steps=12):
+    """Return all numbers of some steps."""
+    actions = np.random.default_rng(0).uniform(-1, 1, (steps, envs.num_envs, 4)).astype("f4")
+    numbers = [np.hstack([*envs.reset(seed=3)[0].values()])]
+    for action in actions:
+        observations, rewards, terminated, truncated, infos = envs.step(action)
+        success = infos.get("is_success", infos.get("final_info", {}).get("is_success"))
+        flags = [terminated, truncated] + ([] if success is None else [success])
+        numbers.append(np.hstack([*observations.values(), rewards[:, None], np.stack(flags, 1)]))
+    return numbers
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_vectors_return_what_single_environments_do(mode):
+    single = gymnasium.make_vec(
+        ID,
+        3,
+        "sync",
+        task=Meet(),
+        max_episode_steps=5,
+        vector_kwargs={"autoreset_mode": mode},
+    )
+    expected = trajectory(single)
+    for num_threads in (1, 2):
+        actual = trajectory(vector(num_threads=num_threads, autoreset_mode=mode))
+        for ours, theirs in zip(actual, expected, strict=True):
+            np.testing.assert_array_equal(ours[:, : theirs.shape[1]], theirs)
+
+
+def test_methods_are_called_once_for_all_environments():
+    envs = vector(4)
+    task = envs.config_arguments()["task"]
+    envs.reset(seed=0)
+    task.calls.clear()
+    for _ in range(8):
+        envs.step(envs.action_space.sample())
+    assert task.calls == {"achieved_goal": [4] * 8, "observe_extra": [4] * 8}
+
+
+def test_the_reward_of_a_step_is_that_of_its_goals():
+    envs = vector(autoreset_mode=AutoresetMode.DISABLED)
+    envs.reset(seed=0)
+    for _ in range(4):
+        observations, rewards, _, _, infos = envs.step(envs.action_space.sample())
+        goals = observations["achieved_goal"], observations["desired_goal"]
+        np.testing.assert_array_equal(rewards, envs.compute_reward(*goals, {}))
+        np.testing.assert_array_equal(infos["is_success"], Meet().is_success(*goals))
+        assert envs.call("compute_reward", *(goal[0] for goal in goals), {})[0] == rewards[0]
+    mask = np.array([True, False, False])
+    after, _ = envs.reset(options={"reset_mask": mask})
+    for key, rows in observations.items():
+        np.testing.assert_array_equal(after[key][1:], rows[1:])
+
+
+def test_states_are_restored():
+    envs = vector()
+    envs.reset(seed=0)
+    envs.step(envs.action_space.sample())
+    other = pickle.loads(pickle.dumps(envs))
+    state, actions = envs.get_state(), envs.action_space.sample()
+    expected = envs.step(actions)
+    observations = envs.set_state(state)
+    assert observations["observation"].shape == (3, 28)
+    for again in (envs.step(actions), other.step(actions)):
+        np.testing.assert_equal(again[:2], expected[:2])
+    env = copy.deepcopy(gymnasium.make(ID, task=Meet()).unwrapped)
+    env.reset(seed=1)
+    state, step = env.get_state(), env.step(actions[0])
+    env.set_state(state)
+    np.testing.assert_equal(env.step(actions[0]), step)
+
+
+class BrokenError(Exception):
+    """An exception of the user's."""
+
+
+@pytest.mark.parametrize(
+    "method", ["begin_episode", "achieved_goal", "observe_extra", "compute_reward", "is_success"]
+)
+@pytest.mark.parametrize("mode", [None, AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_exceptions_reach_the_caller_as_they_are(method, mode):
+    task = Meet()
+    env = gymnasium.make(ID, task=task).unwrapped if mode is None else None
+    envs = env or vector(task=task, autoreset_mode=mode, num_threads=2)
+    task = envs.config_arguments()["task"]
+    actions = np.zeros((4,) if env else (3, 4), np.float32)
+    envs.reset(seed=0)
+    error = BrokenError(method)
+
+    def broken(*_args):
+        raise error
+
+    setattr(task, method, broken)
+
+    def use():
+        for _ in range(7):
+            envs.step(actions)
+        envs.reset(seed=0)
+
+    with pytest.raises(BrokenError) as caught:
+        use()
+    assert caught.value is error
+    delattr(task, method)
+    envs.reset(seed=0)
+    envs.step(actions)
+
+
+def test_an_unfinished_step_does_not_hold_the_interpreter():
+    for _ in range(20):
+        envs = vector(num_threads=2, max_episode_steps=1)
+        envs.reset(seed=0)
+        envs.step(envs.action_space.sample())
+        envs.step_async(envs.action_space.sample())
+        del envs
+        gc.collect()
+
+
+def refused(error, words, **members):
+    """Make a task with other members, and use it."""
+    task = Meet()
+    for name, value in members.items():
+        setattr(task, name, value)
+    with pytest.raises(error, match=words):
+        vector(task=task).reset(seed=0)
+
+
+def test_mistakes_are_named():
+    kept = []
+    refused(
+        ValueError,
+        r"begin_episode\(\)'s goal has the shape \(2,\): pass \(4,\)",
+        begin_episode=lambda _sim, _rng: [0, 0],
+    )
+    refused(
+        ValueError,
+        r"achieved_goal\(\) has the shape \(4,\): pass \(3, 4\)",
+        achieved_goal=lambda _sim: np.zeros(4),
+    )
+    refused(
+        ValueError,
+        r"observe_extra\(\) returned NaN for environment 0",
+        observe_extra=lambda _sim: np.full((3, 3), np.nan),
+    )
+    refused(
+        ValueError,
+        'there is no body "blok": the bodies are .*block',
+        achieved_goal=lambda sim: sim.position("blok"),
+    )
+    refused(
+        RuntimeError,
+        r"placed in begin_episode\(\) alone",
+        achieved_goal=lambda sim: sim.place("block", [1, 1, 1]),
+    )
+    refused(ValueError, "unknown field `mass`", extension={"mass": 1})
+    refused(ValueError, "goals", goal_len=0)
+    with pytest.raises(ValueError, match="has no observation_noise"):
+        vector(variation={"observation_noise": 0.1})
+    with pytest.raises(ValueError, match="leave out model"):
+        vector(model="reference")
+    envs = vector(task=None)
+    envs.config_arguments()["task"].observe_extra = lambda sim: kept.append(sim) or np.zeros((3, 3))
+    envs.reset(seed=0)
+    with pytest.raises(RuntimeError, match="use sim in the method that got it"):
+        kept[0].gripper()
+
+
+def test_buffers_relabel_with_the_reward_of_the_task():
+    envs = vector(8)
+    buffer = fetch_env.HerBuffer(envs, 1000, seed=0)
+    envs.reset(seed=0)
+    buffer.record(envs)
+    for _ in range(20):
+        envs.step(envs.action_space.sample())
+        buffer.record(envs)
+    batch = pickle.loads(pickle.dumps(buffer)).sample(256)
+    assert batch["observation"].shape == (256, 28)
+    assert batch["relabeled"].any()
+    goals = batch["next_achieved_goal"], batch["desired_goal"]
+    np.testing.assert_allclose(batch["reward"], Meet().compute_reward(*goals, None), atol=1e-5)
+    plain = fetch_env.FetchVectorEnv("FetchPush-v4", 8)
+    plain.reset(seed=0)
+    with pytest.raises(ValueError, match="another kind"):
+        buffer.record(plain)
+
+
+class Lift:
+    """The object in the air: the settings' reward, and no extra elements."""
+
+    goal_len = 3
+
+    def begin_episode(self, sim, rng):
+        return sim.position("object0") + np.array([0, 0, rng.uniform(0.1, 0.3)])
+
+    def achieved_goal(self, sim):
+        return sim.position("object0")
+
+
+def test_the_settings_say_what_a_task_does_not():
+    envs = fetch_env.FetchVectorEnv("FetchPickAndPlaceDense-v4", 2, task=Lift())
+    observations, _ = envs.reset(seed=0)
+    assert observations["observation"].shape == (2, 25)
+    observations, rewards, *_ = envs.step(envs.action_space.sample())
+    goals = observations["achieved_goal"], observations["desired_goal"]
+    np.testing.assert_array_equal(rewards, envs.compute_reward(*goals))
+
+
+def test_exceptions_end_learning_and_evaluation_as_they_are():
+    settings = {"task": Lift(), "progress": False}
+    training = fetch_env.train("FetchPickAndPlace-v4", steps=2000, target=None, **settings)
+    result = fetch_env.evaluate("FetchPickAndPlace-v4", training.policy, 4, task=Lift())
+    assert 0 <= result["success_rate"]["value"] <= 1
+    with pytest.raises(ValueError, match="built-in tasks"):
+        fetch_env.train("FetchPickAndPlace-v4", out="run", **settings)
+
+    class Failing(Lift):
+        def is_success(self, *_goals):
+            raise BrokenError
+
+    for call in (
+        lambda: fetch_env.train("FetchPickAndPlace-v4", task=Failing(), progress=False),
+        lambda: fetch_env.evaluate("FetchPickAndPlace-v4", training.policy, 4, task=Failing()),
+    ):
+        with pytest.raises(BrokenError):
+            call()
+
+
+def example(name):
+    """Run an example's definitions."""
+    return runpy.run_path(str(EXAMPLES / f"{name}.py"))
+
+
+def test_two_blocks_are_stacked_in_hindsight():
+    buffer, mean = example("stack")["collect"](num_envs=4, steps=150)
+    assert -2 <= mean < -1.5
+    assert buffer.sample(1024)["reward"].mean() > mean + 0.5
+
+
+def test_an_obstacle_is_learned():
+    assert 0 <= example("obstacle")["learn"](steps=4000) <= 1
