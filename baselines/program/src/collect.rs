@@ -34,8 +34,8 @@ pub struct Args {
     /// Environment
     #[arg(long, default_value = "FetchReach-v4")]
     env_id: EnvId,
-    /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, zero, or
-    /// the file of a trained one
+    /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, robust,
+    /// zero, or the file of a trained one
     #[arg(long, default_value = "random")]
     policy: String,
     /// Number of episodes

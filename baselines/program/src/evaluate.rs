@@ -18,8 +18,8 @@ pub struct Args {
     /// Environments, separated by commas
     #[arg(long, value_name = "ID", value_delimiter = ',', default_value = "FetchReach-v4")]
     env_id: Vec<EnvId>,
-    /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, zero, or
-    /// the file of a trained one
+    /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, robust,
+    /// zero, or the file of a trained one
     #[arg(long, default_value = "trained")]
     policy: String,
     #[command(flatten)]

@@ -20,8 +20,8 @@ pub struct Args {
     /// Seed of the reset, and of the random policy
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, zero, or
-    /// the file of a trained one
+    /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, robust,
+    /// zero, or the file of a trained one
     #[arg(long, default_value = "scripted")]
     policy: String,
     /// Where to write the page

@@ -128,7 +128,7 @@ fn the_report_shows_everything_in_light_and_dark_and_on_a_phone() -> Result {
     for no_number in ["NaN", ">inf", "Minf", "Linf"] {
         assert!(!shown.contains(no_number), "{no_number} in a plot or table");
     }
-    for text in ["42 checks", "FetchSlideDense-v4", "object_velp", "Reward over distance"] {
+    for text in ["43 checks", "FetchSlideDense-v4", "object_velp", "Reward over distance"] {
         assert!(html.contains(text), "{text}");
     }
     if !has_chromium() {

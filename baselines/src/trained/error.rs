@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use fetch_env::Task;
+
 /// Error returned when a [`TrainedPolicy`](crate::TrainedPolicy) cannot be loaded or used.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
@@ -113,6 +115,15 @@ pub enum TrainedPolicyError {
         index: usize,
         /// The number.
         value: f64,
+    },
+    /// No policy of the task was trained in a world that varies.
+    #[error(
+        "no robust policy of {task} comes with this crate: choose Push or PickAndPlace, or train \
+         one with `fetch-env train --vary`"
+    )]
+    NotRobust {
+        /// The task.
+        task: Task,
     },
     /// The policy was trained for an environment with other lengths.
     #[error(

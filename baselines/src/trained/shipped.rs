@@ -30,4 +30,21 @@ impl TrainedPolicy {
         };
         Self::from_bytes(bytes)
     }
+
+    /// Returns the policy that comes with this crate for a task in a world that varies. Push's was
+    /// trained with objects of other masses, sizes and frictions, and PickAndPlace's with noise on
+    /// observations and actions.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError::NotRobust`] for the other tasks.
+    pub fn robust(task: Task) -> Result<Self, TrainedPolicyError> {
+        let bytes: &[u8] = match task {
+            Task::Push => include_bytes!("../../policies/push_robust.safetensors"),
+            Task::PickAndPlace => {
+                include_bytes!("../../policies/pick_and_place_robust.safetensors")
+            }
+            Task::Reach | Task::Slide => return Err(TrainedPolicyError::NotRobust { task }),
+        };
+        Self::from_bytes(bytes)
+    }
 }

@@ -34,11 +34,12 @@ impl Policy {
         Ok(Self::from(loaded.map_err(|error| Error::chain(error).at(&path))?))
     }
 
-    /// The policy that comes with the package for an environment's task.
+    /// The policy that comes with the package for an environment's task, or for one that varies.
     #[staticmethod]
-    fn shipped(env_id: &str) -> Result<Self> {
+    fn shipped(env_id: &str, robust: bool) -> Result<Self> {
         let id: EnvId = env_id.strip_prefix("fetch_env/").unwrap_or(env_id).parse()?;
-        Ok(Self::from(TrainedPolicy::shipped(id.task).map_err(Error::value)?))
+        let load = if robust { TrainedPolicy::robust } else { TrainedPolicy::shipped };
+        Ok(Self::from(load(id.task).map_err(Error::value)?))
     }
 
     /// Replaces a file, whole or not at all.

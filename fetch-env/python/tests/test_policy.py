@@ -84,3 +84,11 @@ def test_weights_are_all_that_an_action_is_computed_with(task, tolerance):
         action = policy(observation)
         np.testing.assert_allclose(names["action"], action, rtol=0, atol=tolerance)
         observation, *_ = env.step(action)
+
+
+def test_robust_policies_come_with_two_tasks():
+    """They differ from the others, and the other tasks have none."""
+    robust = fetch_env.Policy.shipped("FetchPush-v4", robust=True)
+    assert robust.header != fetch_env.Policy.shipped("FetchPush-v4").header
+    with pytest.raises(ValueError, match="choose Push or PickAndPlace"):
+        fetch_env.Policy.shipped("FetchReach-v4", robust=True)

@@ -99,8 +99,9 @@ pub fn make_vec(
     make_vec_while(config, num_envs, vec_config, make, || true)
 }
 
-/// Creates environments as [`make_vec`] does, each with `make`, while `goes_on` returns true. It is asked on the
-/// calling thread, before each environment that this thread makes: tens of thousands take seconds.
+/// Creates environments as [`make_vec`] does, each with `make`, while `goes_on` returns true. It is
+/// asked on the calling thread, before each environment that this thread makes: tens of thousands take
+/// seconds.
 ///
 /// # Errors
 /// As [`make_vec`], and [`MakeError::Stopped`] once `goes_on` has returned false.

@@ -10,10 +10,10 @@ use crate::gym::{env::SnapshotEnv, error::EnvError, np_random::NpRandom};
 
 /// Snapshot of a [`FetchEnv`]: the simulation, the goal, the task's memory and the random numbers.
 ///
-/// `S` is the simulator's own snapshot, and `M` the task's [memory](FetchTask::Memory). Formats that write every bit of a number preserve it
-/// exactly; serde_json needs its feature `float_roundtrip`. A snapshot fits every environment whose
-/// simulator is made the same way (task, model, number of substeps) and whose goals have the same
-/// length, whatever its rewards and ranges.
+/// `S` is the simulator's own snapshot, and `M` the task's [memory](FetchTask::Memory). Formats that
+/// write every bit of a number preserve it exactly; serde_json needs its feature `float_roundtrip`. A
+/// snapshot fits every environment whose simulator is made the same way (task, model, number of
+/// substeps) and whose goals have the same length, whatever its rewards and ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FetchSnapshot<S, M = ()> {

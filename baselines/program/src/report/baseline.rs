@@ -34,7 +34,7 @@ impl Outcome {
         match self.policy {
             PolicyChoice::Random | PolicyChoice::Zero => Ink::Orange,
             PolicyChoice::Proportional | PolicyChoice::Scripted => Ink::Blue,
-            PolicyChoice::Trained => Ink::Teal,
+            PolicyChoice::Trained | PolicyChoice::Robust => Ink::Teal,
         }
     }
 }

@@ -60,6 +60,8 @@ pub enum PolicyChoice {
     Scripted,
     /// Learned by `fetch-env train`, for each task
     Trained,
+    /// Learned in a world that varies, for Push and PickAndPlace
+    Robust,
     /// No action at all
     Zero,
 }
@@ -76,6 +78,7 @@ impl PolicyChoice {
             Self::Proportional => Box::new(ProportionalPolicy::new(task)),
             Self::Scripted => Box::new(ScriptedPolicy::new(task)),
             Self::Trained => Box::new(TrainedPolicy::shipped(task)?),
+            Self::Robust => Box::new(TrainedPolicy::robust(task)?),
             Self::Zero => Box::new(ZeroPolicy),
         })
     }
@@ -98,8 +101,8 @@ pub fn policy_of(text: &str, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<d
     }
     if !text.contains(['.', '/']) {
         return Err(usage(format_args!(
-            "there is no policy {text}: choose random, proportional, scripted, trained, zero or \
-             the file of a trained one"
+            "there is no policy {text}: choose random, proportional, scripted, trained, robust, \
+             zero or the file of a trained one"
         )));
     }
     Ok(Box::new(TrainedPolicy::load(text)?))

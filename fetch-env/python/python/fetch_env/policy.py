@@ -58,9 +58,13 @@ class Policy:
         return cls(_native.Policy.load(path))
 
     @classmethod
-    def shipped(cls, env_id: str) -> Policy:
-        """Return the policy that comes with the package for an environment's task."""
-        return cls(_native.Policy.shipped(env_id))
+    def shipped(cls, env_id: str, *, robust: bool = False) -> Policy:
+        """Return the policy that comes with the package for an environment's task.
+
+        A robust one was trained in a world that varies: Push's with other masses, sizes and
+        frictions, PickAndPlace's with noise. The other tasks have none.
+        """
+        return cls(_native.Policy.shipped(env_id, robust))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the policy to a safetensors file.
