@@ -38,11 +38,6 @@ struct Parts {
 
 #[pymethods]
 impl Env {
-    /// Raises the exception of the reward of a task in Python.
-    fn check(&self) -> Result<()> {
-        self.1.as_ref().map_or(Ok(()), |task| task.check())
-    }
-
     #[new]
     fn new(
         py: Python<'_>,
@@ -228,6 +223,13 @@ impl Env {
     /// Returns the current observation.
     pub(crate) fn observation(&self, py: Python<'_>) -> Result<FetchObservation> {
         Ok(self.0.lock(py)?.env()?.observe()?)
+    }
+}
+
+impl Env {
+    /// Raises the exception of the reward of a task in Python.
+    fn check(&self) -> Result<()> {
+        self.1.as_ref().map_or(Ok(()), |task| task.check())
     }
 }
 
