@@ -120,6 +120,9 @@ impl Env {
 
     /// Draws a goal, with which the random numbers go on.
     fn sample_goal<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<f64>>> {
+        if self.1.is_some() {
+            return Err(Error::value("a task of your own draws its goals in begin_episode()"));
+        }
         Ok(PyArray1::from_slice(py, &self.0.lock(py)?.env()?.sample_goal()?))
     }
 

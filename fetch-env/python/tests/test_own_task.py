@@ -309,3 +309,11 @@ def test_two_blocks_are_stacked_in_hindsight():
 
 def test_an_obstacle_is_learned():
     assert 0 <= example("obstacle")["learn"](steps=4000) <= 1
+
+
+def test_its_goals_are_drawn_by_itself_alone():
+    """The built-in tasks' goals are none of it."""
+    env = fetch_env.FetchEnv("FetchPush-v4", task=Meet())
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="draws its goals in begin_episode"):
+        env._sample_goal()  # noqa: SLF001

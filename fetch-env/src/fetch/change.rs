@@ -38,8 +38,8 @@ impl<S: Simulator, R: From<DistanceReward>, T: FetchTask<S>> FetchEnv<S, R, T> {
         Ok(())
     }
 
-    /// Draws a goal from the environment's random numbers, in meters, as a reset does. The episode
-    /// keeps its own goal, and the next reset continues with the numbers after these.
+    /// Draws a goal from the environment's random numbers, in meters, as a reset of a built-in task
+    /// does. The episode keeps its own goal, and the next reset continues with the numbers after these.
     ///
     /// ```
     /// use fetch_env::{Env, GoalObservation, make_kinematic};
