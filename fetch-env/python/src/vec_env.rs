@@ -25,7 +25,7 @@ use crate::reset::{options_of_each, seed};
 use crate::signals::Signals;
 use crate::task::{self, Limited, Own, Simulated};
 use crate::variation::varied;
-use crate::warnings::simulate;
+use crate::warnings::{pass_on, simulate};
 
 type Envs = vec_env::VecEnv<Limited>;
 type Flags<'py> = Bound<'py, PyArray1<bool>>;
@@ -137,11 +137,10 @@ impl VecEnv {
                 (0..envs.num_envs()).map(next).collect::<Result<_>>()?
             }
         };
-        simulate(py, || {
+        self.simulate(py, envs, |envs| {
             let (seeds, mask) = (seeds.as_deref(), mask.as_deref());
             envs.reset_with(&VecReset { seeds, mask, options: Some(&options) }).map(drop)
         })?;
-        self.finish(py, envs)?;
         Ok(observations(py, envs.last_step())?)
     }
 
@@ -151,8 +150,7 @@ impl VecEnv {
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
         let actions = read_actions(envs, &actions)?;
-        simulate(py, || envs.step(&actions).map(drop))?;
-        self.finish(py, envs)?;
+        self.simulate(py, envs, |envs| envs.step(&actions).map(drop))?;
         parts.check_options()?;
         Ok(results(py, parts.last_step()?)?)
     }
@@ -178,8 +176,7 @@ impl VecEnv {
         if envs.in_flight() == 0 {
             return Err(Error::runtime("no step is under way: call step_async() first"));
         }
-        simulate(py, || envs.recv_all().map(drop))?;
-        self.finish(py, envs)?;
+        self.simulate(py, envs, |envs| envs.recv_all().map(drop))?;
         parts.check_options()?;
         Ok(results(py, parts.last_step()?)?)
     }
@@ -265,8 +262,7 @@ impl VecEnv {
         let state: Vec<_> = serde_json::from_slice(state)?;
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
-        simulate(py, || envs.restore(&state))?;
-        self.finish(py, envs)?;
+        self.simulate(py, envs, |envs| envs.restore(&state))?;
         Ok(observations(py, envs.last_step())?)
     }
 
@@ -307,6 +303,17 @@ impl VecEnv {
     /// Waits until no other thread uses the environments.
     pub(crate) fn lock(&self, py: Python<'_>) -> Result<Guard<'_, Parts>> {
         self.parts.lock(py)
+    }
+
+    /// Makes a call that simulates, without holding the interpreter, and finishes its results.
+    fn simulate(
+        &self,
+        py: Python<'_>,
+        envs: &mut Envs,
+        call: impl FnOnce(&mut Envs) -> std::result::Result<(), vec_env::VecEnvError> + Send,
+    ) -> Result<()> {
+        let called = py.detach(|| call(envs)).map_err(Error::from);
+        pass_on(py, called.and_then(|()| self.finish(py, envs)))
     }
 
     /// Completes the results of a call with those of a task in Python, and raises the error of the

@@ -47,22 +47,28 @@ where
     E: Into<Error> + Send,
 {
     let result = py.detach(call);
-    let warned = pass_on(py);
-    let value = result.map_err(Into::into)?;
+    pass_on(py, result.map_err(Into::into))
+}
+
+/// Passes on MuJoCo's warnings after a call with this result. Its error takes precedence over a
+/// warning that Python's filters turn into an error.
+pub(crate) fn pass_on<T>(py: Python<'_>, result: Result<T>) -> Result<T> {
+    let warned = warn(py);
+    let value = result?;
     warned?;
     Ok(value)
 }
 
-fn pass_on(py: Python<'_>) -> Result<()> {
-    let mut passed_on = Ok(());
+fn warn(py: Python<'_>) -> Result<()> {
+    let mut all = Ok(());
     let texts = pending().map(|mut texts| mem::take(&mut *texts));
     for text in texts.into_iter().flatten() {
         let text = CString::new(text).map_err(Error::value)?;
         // Level 1 is the package's own line.
         let warned = PyErr::warn(py, &py.get_type::<MujocoWarning>(), &text, 2);
-        passed_on = passed_on.and(warned);
+        all = all.and(warned);
     }
-    Ok(passed_on?)
+    Ok(all?)
 }
 
 /// Collects the warnings from now on. If several interpreters load this module, the first one does.
