@@ -28,16 +28,12 @@ pub enum TrainError {
     },
     /// A run cannot start from a policy.
     #[error(
-        "the run cannot start from the policy, which has {what} {policy}: the run has {run}; change \
-         its settings, or start from another policy"
+        "the run cannot start from the policy, because {reason}: change the run's settings, or start \
+         from another policy"
     )]
     Start {
-        /// What differs.
-        what: &'static str,
-        /// What the policy has.
-        policy: String,
-        /// What the run has.
-        run: String,
+        /// What does not fit.
+        reason: String,
     },
     /// The actions of the environment are not from -1 to 1.
     #[error("the actions of the environment are not from -1 to 1: wrap it with RescaleAction")]

@@ -45,10 +45,10 @@ fn a_policy_of_another_form_is_refused() -> Result {
     let none = |_: &mut TrainSettings| ();
     refused(&|own| *own = TrainSettings::fast(fetch_env::Task::Reach), &policy, "[32, 32, 4]");
     refused(&|own| own.inputs.relative_goal = false, &policy, "[Observation, DesiredGoal]");
-    refused(&|own| own.inputs.left_out = vec![1], &policy, "left out: true");
+    refused(&|own| own.inputs.left_out = vec![1], &policy, "uses elements that the run leaves out");
     let mut header = policy.header().clone();
     header.goal_normalizer = None;
-    refused(&none, &TrainedPolicy::new(header.clone(), policy.layers())?, "normalizers: false");
+    refused(&none, &TrainedPolicy::new(header.clone(), policy.layers())?, "does not normalize all");
     header.inputs = vec![InputPart::DesiredGoal, InputPart::Observation];
     refused(&none, &TrainedPolicy::new(header, policy.layers())?, "[DesiredGoal, Observation]");
     refused(&none, &TrainedPolicy::shipped(fetch_env::Task::Push)?, "[25, 3, 4]");

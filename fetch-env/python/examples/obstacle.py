@@ -1,4 +1,4 @@
-"""Push the block around a wall: a task with a reward of one's own, trained in Rust."""
+"""Push the block around a wall: a task with its own reward, which the learner in Rust trains."""
 
 import fetch_env
 import numpy as np

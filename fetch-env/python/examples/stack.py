@@ -1,4 +1,4 @@
-"""Two blocks to stack: a task of one's own, with a body and a reward of its own."""
+"""Stack two blocks: a task that adds a block to the scene and has its own reward."""
 
 import fetch_env
 import gymnasium

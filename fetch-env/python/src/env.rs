@@ -27,7 +27,11 @@ type StepTuple<'py> = (Bound<'py, PyDict>, f64, bool, bool, Bound<'py, PyDict>);
 
 /// One environment, without a time limit. A call that simulates releases the interpreter.
 #[pyclass(frozen, module = "fetch_env._native")]
-pub(crate) struct Env(Exclusive<Parts>, Option<Arc<OwnTask>>);
+pub(crate) struct Env {
+    parts: Exclusive<Parts>,
+    /// The task in Python, if there is one.
+    task: Option<Arc<OwnTask>>,
+}
 
 /// The environment and its renderer.
 struct Parts {
@@ -48,7 +52,8 @@ impl Env {
         let pictures = Pictures::new(width.0, height.0)?;
         let own = config.own(false);
         let env = simulate(py, || task::make(config.config.clone(), own.as_ref()))?;
-        Ok(Self(Exclusive::new(Parts { env: Some(env), pictures }), config.task.clone()))
+        let parts = Exclusive::new(Parts { env: Some(env), pictures });
+        Ok(Self { parts, task: config.task.clone() })
     }
 
     /// Begins an episode, and returns its first observation.
@@ -59,9 +64,9 @@ impl Env {
         seed: Option<&Bound<'py, PyAny>>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> Result<Bound<'py, PyDict>> {
-        let options = reset_options(options, self.1.as_ref())?;
+        let options = reset_options(options, self.task.as_ref())?;
         let seed = self::seed(seed)?;
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         let env = parts.env()?;
         let reset = simulate(py, || env.reset_with(seed, &options))?;
         self.check()?;
@@ -75,7 +80,7 @@ impl Env {
             let shape = action.shape();
             return Err(Error::value(format!("the action has the shape {shape:?}: pass (4,)")));
         }
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         let env = parts.env()?;
         let step: Step<FetchObservation, Info> = if action.are_single() {
             let action = action.to_single();
@@ -93,17 +98,17 @@ impl Env {
     /// Replaces the settings of rewards and of what is drawn.
     fn set_config(&self, py: Python<'_>, config: &Config) -> Result<()> {
         config.check_built_in("make another environment with the settings")?;
-        Ok(self.0.lock(py)?.env()?.set_config(config.config.clone())?)
+        Ok(self.parts.lock(py)?.env()?.set_config(config.config.clone())?)
     }
 
     /// The numbers of the episode that differ from the model's, by name.
     fn variation<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
-        varied(py, self.0.lock(py)?.env()?.variation())
+        varied(py, self.parts.lock(py)?.env()?.variation())
     }
 
     /// The goal of the episode; None before a reset.
     fn goal<'py>(&self, py: Python<'py>) -> Result<Option<Bound<'py, PyArray1<f64>>>> {
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         Ok(parts.env()?.desired_goal().map(|goal| PyArray1::from_slice(py, goal)))
     }
 
@@ -112,23 +117,23 @@ impl Env {
         let goal = Numbers::take("goal", goal)?;
         if goal.shape().len() != 1 {
             let shape = goal.shape();
-            let len = self.1.as_ref().map_or(GOAL_LEN, |task| task.goal_len);
+            let len = self.task.as_ref().map_or(GOAL_LEN, |task| task.goal_len);
             return Err(Error::value(format!("the goal has the shape {shape:?}: pass ({len},)")));
         }
-        Ok(self.0.lock(py)?.env()?.set_desired_goal(&goal.to_double())?)
+        Ok(self.parts.lock(py)?.env()?.set_desired_goal(&goal.to_double())?)
     }
 
     /// Draws a goal, with which the random numbers go on.
     fn sample_goal<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<f64>>> {
-        if self.1.is_some() {
+        if self.task.is_some() {
             return Err(Error::value("a task of your own draws its goals in begin_episode()"));
         }
-        Ok(PyArray1::from_slice(py, &self.0.lock(py)?.env()?.sample_goal()?))
+        Ok(PyArray1::from_slice(py, &self.parts.lock(py)?.env()?.sample_goal()?))
     }
 
     /// Where the gripper starts, and the height of the object, in meters.
     fn settled<'py>(&self, py: Python<'py>) -> Result<Settled<'py>> {
-        Ok(arrays::settled(py, self.0.lock(py)?.env()?))
+        Ok(arrays::settled(py, self.parts.lock(py)?.env()?))
     }
 
     /// The current observation.
@@ -138,28 +143,28 @@ impl Env {
 
     /// The seed of the random numbers, and how many 64-bit numbers were drawn; None before a reset.
     fn random(&self, py: Python<'_>) -> Result<Option<(u64, u64)>> {
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         let random = parts.env()?.np_random();
         Ok(random.map(|random| (random.initial_seed(), random.draws())))
     }
 
     /// Everything that determines the future, as bytes.
     fn get_state<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
-        let snapshot = self.0.lock(py)?.env()?.snapshot();
+        let snapshot = self.parts.lock(py)?.env()?.snapshot();
         Ok(PyBytes::new(py, &serde_json::to_vec(&snapshot)?))
     }
 
     /// Restores a state that `get_state` of an environment with equal settings returned.
     fn set_state(&self, py: Python<'_>, state: &[u8]) -> Result<()> {
         let state = serde_json::from_slice(state)?;
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         let env = parts.env()?;
         simulate(py, || env.restore(&state))
     }
 
     /// The scene: the path of a file, or the name of the main file and the contents of all files.
     fn scene<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         let sim = parts.env()?.config().sim();
         if let Some(path) = sim.model().scene_path(sim.task())? {
             return Ok(path.to_string_lossy().into_bound_py_any(py)?);
@@ -172,7 +177,7 @@ impl Env {
 
     /// The state of the simulation, and the positions and velocities of the settled scene.
     fn simulation<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         let simulator = parts.env()?.simulator();
         let (data, (qpos, qvel)) = (simulator.data(), simulator.fetch_model().start());
         let dict = PyDict::new(py);
@@ -200,14 +205,14 @@ impl Env {
 
     /// The colors of the current state, height x width x 3, the top row first.
     fn render_rgb<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray3<u8>>> {
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         let (env, pictures) = parts.drawn()?;
         pictures.rgb(py, env)
     }
 
     /// Distances from the camera, height x width, in meters.
     fn render_depth<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         let (env, pictures) = parts.drawn()?;
         pictures.depth(py, env)
     }
@@ -215,7 +220,7 @@ impl Env {
     /// Frees the simulation and the renderer, after a call that is under way. Later calls raise an
     /// error.
     fn close(&self, py: Python<'_>) -> Result<()> {
-        let mut parts = self.0.lock(py)?;
+        let mut parts = self.parts.lock(py)?;
         parts.env = None;
         parts.pictures.close();
         Ok(())
@@ -225,14 +230,14 @@ impl Env {
 impl Env {
     /// Returns the current observation.
     pub(crate) fn observation(&self, py: Python<'_>) -> Result<FetchObservation> {
-        Ok(self.0.lock(py)?.env()?.observe()?)
+        Ok(self.parts.lock(py)?.env()?.observe()?)
     }
 }
 
 impl Env {
     /// Raises the exception of the reward of a task in Python.
     fn check(&self) -> Result<()> {
-        self.1.as_ref().map_or(Ok(()), |task| task.check())
+        self.task.as_ref().map_or(Ok(()), |task| task.check())
     }
 }
 

@@ -1,9 +1,6 @@
 //! A function of the user's that returns the options of each episode.
 
-use std::sync::{
-    Arc, Mutex, PoisonError,
-    atomic::{AtomicU64, Ordering},
-};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use fetch_env::FetchResetOptions;
 use pyo3::prelude::*;
@@ -12,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::reset::options_of_one;
 use crate::task::OwnTask;
 
-/// A function that takes the index of an environment and the number of its episodes so far, and
+/// A function that takes the index of an environment and the number of episodes that it has begun, and
 /// returns options of a reset or None.
 #[derive(Clone)]
 pub(crate) struct EpisodeOptions(Arc<Shared>);
@@ -21,29 +18,30 @@ struct Shared {
     function: Py<PyAny>,
     /// The task in Python, if there is one.
     task: Option<Arc<OwnTask>>,
-    /// How often it was called for each environment.
-    calls: Vec<AtomicU64>,
     /// The first error since the last [`check`](EpisodeOptions::check).
     error: Mutex<Option<Error>>,
 }
 
 impl EpisodeOptions {
-    pub(crate) fn new(function: Py<PyAny>, num_envs: usize, task: Option<Arc<OwnTask>>) -> Self {
-        let calls = (0..num_envs).map(|_| AtomicU64::new(0)).collect();
-        Self(Arc::new(Shared { function, task, calls, error: Mutex::default() }))
+    pub(crate) fn new(function: Py<PyAny>, task: Option<Arc<OwnTask>>) -> Self {
+        Self(Arc::new(Shared { function, task, error: Mutex::default() }))
     }
 
     /// Returns the options of an environment's next episode.
-    pub(crate) fn next(&self, py: Python<'_>, env_index: usize) -> Result<FetchResetOptions> {
-        let episode = self.0.calls[env_index].fetch_add(1, Ordering::Relaxed);
+    pub(crate) fn next(
+        &self,
+        py: Python<'_>,
+        env_index: usize,
+        episode: u64,
+    ) -> Result<FetchResetOptions> {
         let options = self.0.function.bind(py).call1((env_index, episode))?;
         options_of_one(&options, self.0.task.as_ref())
     }
 
     /// Returns the options of an episode that begins by itself, on any thread. After an error nothing
     /// is set, and the next [`check`](Self::check) returns it.
-    pub(crate) fn choose(&self, env_index: usize) -> FetchResetOptions {
-        Python::attach(|py| self.next(py, env_index)).unwrap_or_else(|error| {
+    pub(crate) fn choose(&self, env_index: usize, episode: u64) -> FetchResetOptions {
+        Python::attach(|py| self.next(py, env_index, episode)).unwrap_or_else(|error| {
             self.error().get_or_insert(error);
             FetchResetOptions::default()
         })
@@ -54,7 +52,7 @@ impl EpisodeOptions {
         self.error().take().map_or(Ok(()), Err)
     }
 
-    fn error(&self) -> std::sync::MutexGuard<'_, Option<Error>> {
+    fn error(&self) -> MutexGuard<'_, Option<Error>> {
         self.0.error.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -18,6 +18,7 @@ mod pictures;
 mod policy;
 mod program;
 mod reset;
+mod results;
 mod signals;
 mod task;
 mod variation;

@@ -3,13 +3,11 @@
 use std::sync::Arc;
 
 use fetch_env::{
-    ActionSpace, BoxSpace, EnvError, FetchObservation, FetchResetOptions, Info, MovingGoal,
-    make_vec_while,
-    vec_env::{self, AutoresetMode, VecConfig, VecReset, VecStep},
+    ActionSpace, BoxSpace, EnvError, FetchResetOptions, MovingGoal, make_vec_while,
+    vec_env::{self, AutoresetMode, VecConfig, VecReset},
 };
-use numpy::{PyArray1, PyArray3, ToPyArray, ndarray::ArrayView2};
+use numpy::{PyArray1, PyArray3};
 use pyo3::{
-    intern,
     prelude::*,
     types::{PyBytes, PyDict},
 };
@@ -22,19 +20,13 @@ use crate::exclusive::{Exclusive, Guard};
 use crate::integer::Integer;
 use crate::pictures::Pictures;
 use crate::reset::{options_of_each, seed};
+use crate::results::{StepTuple, Steps, observations, results, row};
 use crate::signals::Signals;
 use crate::task::{self, Limited, Own, Simulated};
 use crate::variation::varied;
 use crate::warnings::{pass_on, simulate};
 
 type Envs = vec_env::VecEnv<Limited>;
-type Flags<'py> = Bound<'py, PyArray1<bool>>;
-type Steps = VecStep<FetchObservation, Info>;
-
-/// The results of a step, an element or a row for each environment: observations, rewards, whether
-/// the tasks have ended or were cut off, and infos.
-type StepTuple<'py> =
-    (Bound<'py, PyDict>, Bound<'py, PyArray1<f64>>, Flags<'py>, Flags<'py>, Bound<'py, PyDict>);
 
 /// Many environments with a time limit. A call that simulates releases the interpreter.
 #[pyclass(frozen, module = "fetch_env._native")]
@@ -94,10 +86,11 @@ impl VecEnv {
         signals.finish()?;
         let mut envs = envs?;
         let task = own.as_ref().map(|own| Arc::clone(&own.task));
-        let episode_options =
-            episode_options.map(|function| EpisodeOptions::new(function, envs.num_envs(), task));
+        let episode_options = episode_options.map(|function| EpisodeOptions::new(function, task));
         if let Some(options) = episode_options.clone() {
-            envs.set_autoreset_start(move |env_index, _| (None, options.choose(env_index)))?;
+            envs.set_autoreset_start(move |env_index, episode| {
+                (None, options.choose(env_index, episode))
+            })?;
         }
         let parts = Parts { envs: Some(envs), episode_options, pictures };
         Ok(Self { parts: Exclusive::new(parts), transitions, own })
@@ -130,9 +123,9 @@ impl VecEnv {
             Some(chosen) => {
                 let is_reset =
                     |env_index| mask.as_ref().is_none_or(|mask| mask.get(env_index) == Some(&true));
-                let next = |env_index| match is_reset(env_index) {
-                    true => chosen.next(py, env_index),
-                    false => Ok(FetchResetOptions::default()),
+                let next = |env_index| match envs.num_episodes(env_index) {
+                    Some(episode) if is_reset(env_index) => chosen.next(py, env_index, episode),
+                    _ => Ok(FetchResetOptions::default()),
                 };
                 (0..envs.num_envs()).map(next).collect::<Result<_>>()?
             }
@@ -150,8 +143,9 @@ impl VecEnv {
         let mut parts = self.lock(py)?;
         let envs = parts.envs()?;
         let actions = read_actions(envs, &actions)?;
-        self.simulate(py, envs, |envs| envs.step(&actions).map(drop))?;
+        let stepped = self.simulate(py, envs, |envs| envs.step(&actions).map(drop));
         parts.check_options()?;
+        stepped?;
         Ok(results(py, parts.last_step()?)?)
     }
 
@@ -176,8 +170,9 @@ impl VecEnv {
         if envs.in_flight() == 0 {
             return Err(Error::runtime("no step is under way: call step_async() first"));
         }
-        self.simulate(py, envs, |envs| envs.recv_all().map(drop))?;
+        let stepped = self.simulate(py, envs, |envs| envs.recv_all().map(drop));
         parts.check_options()?;
+        stepped?;
         Ok(results(py, parts.last_step()?)?)
     }
 
@@ -395,92 +390,4 @@ fn check(step: &Steps) -> Result<()> {
         Some((env_index, error)) => Err(Error::from(error.clone()).of_env(env_index)),
         None => Ok(()),
     }
-}
-
-/// Returns the results of a step. Python would compute the infos slowly: a step of the simulation
-/// displaces the interpreter from the processor's caches.
-fn results<'py>(py: Python<'py>, step: &Steps) -> PyResult<StepTuple<'py>> {
-    let infos = PyDict::new(py);
-    put_successes(py, &infos, step, |started| !started)?;
-    let final_info = PyDict::new(py);
-    if let Some(ended) = put_successes(py, &final_info, step, |started| started)? {
-        infos.set_item("final_obs", final_observations(py, step, &ended)?)?;
-        infos.set_item("_final_obs", PyArray1::from_slice(py, &ended))?;
-        infos.set_item("final_info", final_info)?;
-        infos.set_item("_final_info", PyArray1::from_vec(py, ended))?;
-    }
-    Ok((
-        observations(py, step)?,
-        PyArray1::from_slice(py, step.reward()),
-        PyArray1::from_slice(py, step.terminated()),
-        PyArray1::from_slice(py, step.truncated()),
-        infos,
-    ))
-}
-
-/// Adds the success of each environment that took a step and that is `chosen` by whether it has
-/// begun an episode since, and 0 for the others. Returns which ones are chosen, or `None` if none
-/// is.
-fn put_successes(
-    py: Python<'_>,
-    info: &Bound<'_, PyDict>,
-    step: &Steps,
-    chosen: impl Fn(bool) -> bool,
-) -> PyResult<Option<Vec<bool>>> {
-    let flags: Vec<bool> = step
-        .stepped()
-        .iter()
-        .zip(step.started())
-        .map(|(&stepped, &started)| stepped && chosen(started))
-        .collect();
-    if !flags.contains(&true) {
-        return Ok(None);
-    }
-    let of_chosen = step.success().zip(&flags).map(|(success, &flag)| success && flag);
-    let successes = PyArray1::from_iter(py, of_chosen.map(|success| f32::from(u8::from(success))));
-    info.set_item(intern!(py, "is_success"), successes)?;
-    info.set_item(intern!(py, "_is_success"), PyArray1::from_slice(py, &flags))?;
-    Ok(Some(flags))
-}
-
-/// Returns the last observations of the episodes that have ended, `None` for the others.
-fn final_observations<'py>(
-    py: Python<'py>,
-    step: &Steps,
-    ended: &[bool],
-) -> PyResult<Bound<'py, PyArray1<Py<PyAny>>>> {
-    let mut all = Vec::with_capacity(ended.len());
-    for (env_index, &ended) in ended.iter().enumerate() {
-        if !ended {
-            all.push(py.None());
-            continue;
-        }
-        let [observation, achieved_goal, desired_goal] =
-            [step.next_observation(), step.next_achieved_goal(), step.next_desired_goal()]
-                .map(|rows| row(rows, env_index, step.len()));
-        let dict = arrays::observation_of(py, observation, [achieved_goal, desired_goal])?;
-        all.push(dict.into_any().unbind());
-    }
-    Ok(PyArray1::from_vec(py, all))
-}
-
-/// Returns one of `count` rows of equal lengths.
-fn row(rows: &[f64], index: usize, count: usize) -> &[f64] {
-    let len = rows.len() / count;
-    &rows[index * len..][..len]
-}
-
-/// Returns observations as a dictionary of new arrays, a row for each environment.
-fn observations<'py>(py: Python<'py>, step: &Steps) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    for (key, numbers) in [
-        (intern!(py, "achieved_goal"), step.achieved_goal()),
-        (intern!(py, "desired_goal"), step.desired_goal()),
-        (intern!(py, "observation"), step.observation()),
-    ] {
-        let shape = (step.len(), numbers.len() / step.len());
-        let rows = ArrayView2::from_shape(shape, numbers).map_err(Error::value)?.to_pyarray(py);
-        dict.set_item(key, rows)?;
-    }
-    Ok(dict)
 }

@@ -317,3 +317,17 @@ def test_its_goals_are_drawn_by_itself_alone():
     env.reset(seed=0)
     with pytest.raises(ValueError, match="draws its goals in begin_episode"):
         env._sample_goal()  # noqa: SLF001
+
+
+@pytest.mark.parametrize(
+    "rotation", [np.zeros((3, 3)), np.diag([1, 1, -1]), np.full((3, 3), np.nan)]
+)
+def test_a_body_is_turned_by_a_rotation_matrix_alone(rotation):
+    """A mirror is none."""
+
+    class Turned(Meet):
+        def begin_episode(self, sim, rng):  # noqa: ARG002
+            sim.place("block", [1.3, 0.7, 0.5], rotation)
+
+    with pytest.raises(ValueError, match="rotation is no rotation matrix"):
+        fetch_env.FetchEnv("FetchPush-v4", task=Turned()).reset()

@@ -1,5 +1,7 @@
 """Starts that options set: the object, the gripper, and a function for each episode."""
 
+import copy
+
 import fetch_env
 import gymnasium
 import numpy as np
@@ -71,6 +73,26 @@ def test_a_function_chooses_the_options_of_every_episode(mode, num_threads):
         begun.append(observations)
     assert [round(start["achieved_goal"][1, 2], 3) for start in begun] == [0.6, 0.61, 0.62]
     assert all(start["achieved_goal"][0, 2] < 0.43 for start in begun)
+
+
+def test_copies_go_on_with_the_function():
+    """The number of episodes is part of a vector's state."""
+
+    def heights(env_index: int, episode: int) -> dict[str, float]:
+        return {"object_height": 0.5 + 0.1 * env_index + 0.01 * episode}
+
+    def make() -> fetch_env.FetchVectorEnv:
+        return fetch_env.FetchVectorEnv(
+            "FetchPush-v4", 2, max_episode_steps=1, episode_options=heights
+        )
+
+    envs, other = make(), make()
+    envs.reset(seed=0)
+    actions = np.stack([STAY, STAY])
+    envs.step(actions)
+    other.set_state(envs.get_state())
+    for each in (envs, copy.deepcopy(envs), other):
+        assert np.allclose(each.step(actions)[0]["achieved_goal"][:, 2], [0.51, 0.61], atol=1e-3)
 
 
 def test_what_the_function_raises_reaches_the_caller():

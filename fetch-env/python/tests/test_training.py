@@ -362,7 +362,7 @@ def test_a_run_starts_from_a_policy_which_a_resumed_one_does_not_need(short, tmp
     assert outcome(resumed) == outcome(train(start=start, steps=400))
     with pytest.raises(ValueError, match="another policy to start from"):
         train(start=fetch_env.Policy.shipped("FetchPush-v4"), out=tmp_path, resume=True)
-    with pytest.raises(ValueError, match=r"layers of the sizes \[64, 64, 4\].* \[32, 32, 4\]"):
+    with pytest.raises(ValueError, match=r"sizes of the layers are \[64, 64, 4\].* \[32, 32, 4\]"):
         train(start=fetch_env.Policy.shipped("FetchReach-v4"))
     with pytest.raises(TypeError, match=r"start is str: pass a fetch_env\.Policy"):
         train(start="policy.safetensors")

@@ -65,7 +65,7 @@ impl FetchResetOptions {
     }
 
     /// Sets where the gripper starts: x, y and z in meters in the world frame. The arm moves there
-    /// before the episode begins, with the object out of its way, which takes about as long as ten
+    /// before the episode begins, with the object out of its way, which takes as long as about 16
     /// steps. By default it starts where the scene has settled.
     pub const fn with_gripper_position(mut self, meters: [f64; 3]) -> Self {
         self.gripper_position = Some(meters);

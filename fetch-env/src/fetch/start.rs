@@ -10,7 +10,8 @@ use crate::gym::error::EnvError;
 const NEAR: f64 = 1e-3;
 /// The speed below which it has arrived, in meters per second.
 const SLOW: f64 = 1e-2;
-/// The most steps on its way. It gets from one end of the table to the other in 40.
+/// The most steps on its way. Most ways over the table take 16, and those to the limits of its reach up
+/// to 93.
 const MOST_STEPS: usize = 100;
 /// The farthest that it moves in one step, in meters: as in an action.
 const STRIDE: f64 = 0.05;

@@ -18,12 +18,16 @@ impl<E: LearnEnv> Trainer<E> {
     /// The first [`random_episodes`](crate::learn::ExplorationSettings::random_episodes) are random.
     ///
     /// # Errors
-    /// [`TrainError::Start`] if lengths, inputs or layers differ from the run's, and
-    /// [`TrainError::Disagreement`] if processes start from different policies.
+    /// [`TrainError::Start`] if lengths, inputs or layers differ from the run's, or the run has taken
+    /// steps, and [`TrainError::Disagreement`] if processes start from different policies. Then
+    /// nothing has changed.
     pub fn start_from(&mut self, policy: &TrainedPolicy) -> Result<(), TrainError> {
         let (header, dims) = (policy.header(), self.replay.buffer.config().dims());
         let start = ("policy to start from", format!("{header:?}"));
         agree(&mut *self.workers, &[start])?;
+        if self.counters().steps > 0 {
+            return Err(unfit("the run has taken steps"));
+        }
         let lens = [header.observation_len, header.goal_len, header.action_len];
         let own_lens = [dims.observation, dims.goal, dims.action];
         same("the lengths of observation, goal and action", &lens, &own_lens)?;
@@ -32,31 +36,36 @@ impl<E: LearnEnv> Trainer<E> {
             layers.iter().map(|layer| layer.biases.len()).collect()
         };
         let own_layers = self.updates.algorithm.greedy_layers();
-        same("layers of the sizes", &sizes(policy.layers()), &sizes(&own_layers))?;
+        same("the sizes of the layers", &sizes(policy.layers()), &sizes(&own_layers))?;
         let mut layers = policy.layers().to_vec();
         self.replay.inputs.leave_out_weights(&mut layers[0]);
-        let unseen = policy.layers() != layers;
-        same("weights for inputs that are left out:", &unseen, &false)?;
-        let inputs = &mut self.replay.inputs;
-        let pairs = [
-            (&mut inputs.observation, &header.observation_normalizer),
-            (&mut inputs.goal, &header.goal_normalizer),
-        ];
-        for (own, theirs) in pairs {
-            match theirs {
-                Some(theirs) => own.merge(theirs)?,
-                None => same("normalizers:", &false, &true)?,
-            }
+        if policy.layers() != layers {
+            return Err(unfit("the policy uses elements that the run leaves out"));
         }
-        let is_set = self.updates.algorithm.set_greedy_layers(&layers);
-        same("an actor that can be replaced:", &true, &is_set)
+        let (Some(observation), Some(goal)) =
+            (&header.observation_normalizer, &header.goal_normalizer)
+        else {
+            return Err(unfit("the policy does not normalize all of its inputs"));
+        };
+        let mut inputs = self.replay.inputs.clone();
+        inputs.observation.merge(observation)?;
+        inputs.goal.merge(goal)?;
+        if !self.updates.algorithm.set_greedy_layers(&layers) {
+            return Err(unfit("the run's algorithm cannot begin with the layers of another actor"));
+        }
+        self.replay.inputs = inputs;
+        Ok(())
     }
 }
 
 /// Checks that a policy and the run have the same.
-fn same<T: Debug + PartialEq>(what: &'static str, policy: &T, run: &T) -> Result<(), TrainError> {
+fn same<T: Debug + PartialEq>(what: &str, policy: &T, run: &T) -> Result<(), TrainError> {
     if policy == run {
         return Ok(());
     }
-    Err(TrainError::Start { what, policy: format!("{policy:?}"), run: format!("{run:?}") })
+    Err(unfit(format!("{what} are {policy:?} in the policy and {run:?} in the run")))
+}
+
+fn unfit(reason: impl Into<String>) -> TrainError {
+    TrainError::Start { reason: reason.into() }
 }

@@ -67,7 +67,7 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
         width: Width of pictures in pixels, 1 to 4096.
         height: Height of pictures in pixels, 1 to 4096.
         episode_options: A function that returns the options of each :meth:`reset` without any, or
-            ``None``. It takes 0, and the number of its calls so far; see :class:`FetchVectorEnv`.
+            ``None``. It takes 0, and the number of resets before; see :class:`FetchVectorEnv`.
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
@@ -110,7 +110,7 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
             )
             raise TypeError(message)
         self._episode_options = episode_options
-        self._episode_number = 0
+        self._num_episodes = 0
         self._make_from(env_id, settings, render_mode, (width, height))
         self.action_space = spaces.action_space()  # type: ignore[assignment]
         self.observation_space = spaces.observation_space(self._config)  # type: ignore[assignment]
@@ -158,9 +158,9 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
             were drawn or set: ``info["variation"]`` has them.
         """
         if options is None and self._episode_options is not None:
-            options = self._episode_options(0, self._episode_number)
-            self._episode_number += 1
+            options = self._episode_options(0, self._num_episodes)
         observation = self._native.reset(seed, options)
+        self._num_episodes += 1
         if self._numbers is not None:
             self._numbers.begin(observation)
         variation = self.variation

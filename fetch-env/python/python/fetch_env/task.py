@@ -1,4 +1,4 @@
-"""Tasks of one's own."""
+"""Tasks that users write."""
 
 from __future__ import annotations
 

@@ -63,8 +63,8 @@ class FetchVectorEnv(
         max_episode_steps: Steps after which an episode is cut off.
         episode_options: A function that returns the options of a :meth:`reset`, or ``None``, for
             each episode that begins without any, also by an autoreset: for a curriculum. It takes
-            the index of the environment and the number of its calls for it so far. Threads of the
-            vector call it, and :meth:`step` raises what it raises.
+            the index of the environment and the number of episodes that this one has begun before.
+            Threads of the vector call it, and :meth:`step` raises what it raises.
         render_mode: ``"rgb_array"`` or ``"depth_array"`` to use :meth:`render`.
         width: Width of pictures in pixels, 1 to 4096.
         height: Height of pictures in pixels, 1 to 4096.

@@ -11,6 +11,9 @@ use pyo3::prelude::*;
 use crate::arrays::Numbers;
 use crate::error::{Error, Result};
 
+/// How far a product of a rotation matrix with its inverse may be from the identity.
+const ROUNDING: f64 = 1e-6;
+
 /// What a task sees of one simulation.
 pub(crate) struct Seen {
     gripper: GripperState,
@@ -118,7 +121,14 @@ impl Sim {
             None => Matrix3::identity(),
             Some(rotation) => {
                 let rows = Numbers::of_shape("rotation", rotation, &[3, 3])?.to_double();
-                Matrix3::from_row_slice(&rows)
+                let matrix = Matrix3::from_row_slice(&rows);
+                let error = (matrix.transpose() * matrix - Matrix3::identity()).norm();
+                if !(error < ROUNDING && matrix.determinant() > 0.0) {
+                    let wrong = "rotation is no rotation matrix: pass one whose rows are of length 1 \
+                                 and perpendicular, without a mirror";
+                    return Err(Error::value(wrong));
+                }
+                matrix
             }
         };
         let position = Vector3::from_column_slice(&position);

@@ -111,6 +111,13 @@ impl<E: Env<Observation: BatchObservation> + Send + 'static> VecEnv<E> {
         self.idle.len()
     }
 
+    /// Returns how many episodes an environment has begun, by any reset; `None` for one in flight, or
+    /// if there is none of this index.
+    #[must_use]
+    pub fn num_episodes(&self, env_index: usize) -> Option<u64> {
+        self.idle.get(env_index)?.as_ref().map(|slot| slot.num_episodes)
+    }
+
     /// Returns the number of worker threads.
     #[must_use]
     pub fn num_threads(&self) -> usize {

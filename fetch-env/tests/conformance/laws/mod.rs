@@ -25,6 +25,8 @@ pub(crate) trait Backend {
 
     /// The number of random steps that take about a second in a debug build.
     const STEPS: usize;
+    /// Whether the object can be turned.
+    const OBJECT_TURNS: bool;
 
     fn simulator(config: &SimConfig) -> Result<Self::Sim, SimError>;
 }
@@ -36,6 +38,7 @@ impl Backend for Kinematic {
     type Sim = KinematicSimulator;
 
     const STEPS: usize = 10_000;
+    const OBJECT_TURNS: bool = false;
 
     fn simulator(config: &SimConfig) -> Result<KinematicSimulator, SimError> {
         Ok(KinematicSimulator::new(config))
@@ -51,6 +54,7 @@ impl Backend for Mujoco {
     type Sim = fetch_sim::MujocoSimulator;
 
     const STEPS: usize = 10_000;
+    const OBJECT_TURNS: bool = true;
 
     fn simulator(config: &SimConfig) -> Result<Self::Sim, SimError> {
         use fetch_sim::{FetchModel, MujocoSimulator, Task};

@@ -43,7 +43,6 @@ pub(crate) fn the_gripper_starts_where_the_option_says_and_nothing_else_changes<
 }
 
 pub(crate) fn the_object_lies_as_the_options_say<B: Backend>() -> Result {
-    let turns = std::any::type_name::<B>().contains("Mujoco");
     for id in with_objects() {
         let mut env = make::<B>(id)?;
         let raised =
@@ -58,7 +57,7 @@ pub(crate) fn the_object_lies_as_the_options_say<B: Backend>() -> Result {
         let quarter = [2.0 * (angle / 2.0).cos(), 0.0, 0.0, 2.0 * (angle / 2.0).sin()];
         let turned = FetchResetOptions::default().with_object_rotation(quarter);
         let start = env.reset_with(Some(0), &turned);
-        if turns {
+        if B::OBJECT_TURNS {
             let yaw = start?.observation.observation()[13];
             assert!((yaw - angle).abs() < 1e-3, "{id}: {yaw}");
         } else {
