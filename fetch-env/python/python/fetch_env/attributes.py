@@ -155,12 +155,12 @@ class Attributes(GoalRewards):
 
     @setting
     def target_offset(self) -> Any:
-        """Offset of every goal: x, y, z in meters. Assign three numbers, or one for all three."""
+        """Offset of every goal along x, y, z, in meters. Assign three numbers, or one for all."""
         return constant(self._config.target_offset)
 
     @setting
     def target_in_the_air(self) -> bool:
-        """Whether goals are in the air: half of them with an object, and all without."""
+        """Whether goals are in the air, half of them with an object, and all without."""
         return self._config.target_in_the_air or not self._config.has_object
 
     @attribute(IS_MADE_WITH_IT)
@@ -190,7 +190,7 @@ class Attributes(GoalRewards):
 
     @attribute(IS_OF_THE_SCENE)
     def initial_gripper_xpos(self) -> NDArray[np.float64]:
-        """Where the gripper starts: x, y, z in meters."""
+        """Where the gripper starts, as x, y, z in meters."""
         return constant(self._native.settled()[0])
 
     @attribute(IS_OF_THE_SCENE)

@@ -236,7 +236,7 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
 
     @setting
     def goal(self) -> NDArray[np.float64]:
-        """The goal of the episode: x, y, z in meters; empty before a reset.
+        """The goal of the episode, as x, y, z in meters; empty before a reset.
 
         An assigned goal counts from the next step until the next reset; a replay buffer then begins
         another episode. The array cannot be written to.

@@ -33,7 +33,7 @@ class Training:
     policy: Policy
     """The policy that was learned."""
     curve: list[dict[str, Any]]
-    """A row for each evaluation: ``counters`` (steps, episodes, updates, seconds, ...),
+    """A row for each evaluation, with ``counters`` (steps, episodes, updates, seconds, ...),
     ``success_rate`` (value and 95 % interval), ``episode_return_mean``, ``final_distance_mean`` (in
     meters) and more."""
     settings: dict[str, Any]

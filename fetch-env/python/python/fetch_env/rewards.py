@@ -129,7 +129,7 @@ class GoalRewards:
             goal: The reference's keyword for ``desired_goal``: pass one of the two.
 
         Returns:
-            A float for one pair, and an array of shape (...) for several: of ``float32`` if rewards
+            A float for one pair, and an array of shape (...) for several, of ``float32`` if rewards
             are sparse or both goals are ``float32``, and otherwise of ``float64``.
         """
         del info

@@ -40,15 +40,15 @@ class Settings(TypedDict, total=False):
     target_range: float
     """Largest distance of a goal along each axis, in meters."""
     target_offset: tuple[float, float, float] | float
-    """Offset of every goal: x, y, z in meters, or one number for all three."""
+    """Offset of every goal along x, y, z, in meters, or one number for all three."""
     target_in_the_air: bool
     """Whether half of the goals are raised by up to 45 cm."""
     variation: Mapping[str, Draw | Sequence[Draw]]
-    """Factors that are drawn for each episode (domain randomization), by name: a range as ``(low,
-    high)``, a number, ``{"log_uniform": (low, high)}`` or ``{"choice": [...]}``. A color, such as
-    ``table_color``, has one of these for red, green and blue alike, or three."""
+    """Factors that are drawn for each episode (domain randomization), by name. Each is a range as
+    ``(low, high)``, a number, ``{"log_uniform": (low, high)}`` or ``{"choice": [...]}``. A color,
+    such as ``table_color``, has one of these for red, green and blue alike, or three."""
     task: Task
-    """A task of your own: see :class:`fetch_env.Task`. The name says which robot and object."""
+    """A task of your own; see :class:`fetch_env.Task`. The name says which robot and object."""
 
 
 class ConfigArguments(Settings, total=False):

@@ -154,8 +154,8 @@ class FetchVectorEnv(
                 each. A list has the options of each environment instead, or ``None``.
 
         Returns:
-            The observations, and an empty info: ``get_attr("variation")`` has the numbers that
-            were drawn.
+            The observations, and an empty info. ``get_attr("variation")`` has the numbers that were
+            drawn.
         """
         mask = None
         if isinstance(options, dict) and "reset_mask" in options:
@@ -267,7 +267,7 @@ class FetchVectorEnv(
         Afterwards the same actions give the same results, bit for bit.
 
         Returns:
-            The observations of the restored states: NaN where no episode has begun.
+            The observations of the restored states, NaN where no episode has begun.
         """
         return self._native.set_state(state)
 

@@ -49,7 +49,7 @@ def record(  # noqa: PLR0913
 ) -> LeRobotDataset:
     """Record a data set for LeRobot.
 
-    A row has what the policy sees before a step (see :mod:`fetch_env.lerobot`), ``action``, and
+    A row has what the policy sees before a step (see ``fetch_env.lerobot``), ``action``, and
     ``next.reward``, ``next.success`` and ``next.done`` after it. Every episode has 50 rows, 25 for
     each second, and its task as a sentence. If recording fails, nothing is left.
 

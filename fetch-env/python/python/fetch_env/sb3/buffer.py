@@ -46,7 +46,7 @@ REFUSED = {
 
 
 class HerReplayBuffer(TheirHerReplayBuffer):
-    """The buffer of :mod:`fetch_env` in place of Stable-Baselines3's ``HerReplayBuffer``.
+    """The buffer of ``fetch_env`` in place of Stable-Baselines3's ``HerReplayBuffer``.
 
     Pass it as ``replay_buffer_class``. It takes the same arguments and draws from the same
     distribution, from numpy's global random numbers, which ``set_random_seed`` seeds. Episodes are
