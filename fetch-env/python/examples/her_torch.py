@@ -71,7 +71,7 @@ class Agent:
         optimizer.step()
 
 
-def learn(env_id="fetch_env/FetchReach-v4", num_envs=8, cycles=15, seed=0):
+def learn(env_id="fetch_env/FetchReach-v4", num_envs=8, cycles=30, seed=0):
     """Alternate between an episode in each environment and 40 updates; return the agent."""
     torch.manual_seed(seed)
     random = np.random.default_rng(seed)

@@ -9,7 +9,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "her_torch.py"
 
 
 def test_it_learns_to_reach():
-    """Hindsight and DDPG reach most goals after 6,000 steps."""
+    """Hindsight and DDPG reach most goals after 12,000 steps."""
     agent = runpy.run_path(str(EXAMPLE))["learn"]()
     result = fetch_env.evaluate("FetchReach-v4", agent.act, batched=True)
     assert result["success_rate"]["value"] >= 0.9
