@@ -11,8 +11,8 @@ use std::path::Path;
 
 use baselines::learn::{CurveRow, Preset, TrainSettings, Trainer};
 use baselines::runs::{
-    FolderError, Grid, GridError, GridFolder, Group, NewRun, Ready, RunDescription, RunFolder,
-    RunModel, RunPlan, RunsError,
+    BuiltInTasks, FolderError, Grid, GridError, GridFolder, Group, NewRun, Ready, RunDescription,
+    RunFolder, RunModel, RunPlan, RunsError,
 };
 use baselines::workers::OneProcess;
 use fetch_env::{EnvId, FetchConfig, ModelSource, MujocoEnv, Task};
@@ -131,12 +131,12 @@ fn short() -> Result<TrainSettings> {
     Ok(settings)
 }
 
-fn begin(path: &Path, overwrite: bool) -> Result<Ready, RunsError> {
+fn begin(path: &Path, overwrite: bool) -> Result<Ready<MujocoEnv>, RunsError> {
     let mut description = RunDescription::new(reach(), Preset::Fast, 7);
     (description.steps, description.target) = (200, 2.0);
     let settings = short().expect("they are settings");
     let new = NewRun { description, settings, start: None, overwrite };
-    new.begin(path, 1, Box::new(OneProcess), |_| Ok(()))
+    new.begin(&BuiltInTasks, path, 1, Box::new(OneProcess), |_| Ok(()))
 }
 
 #[test]
@@ -146,9 +146,9 @@ fn a_run_begins_ends_and_is_resumed_or_replaced() -> Result {
     let Ready { mut trainer, folder: files, .. } = begin(folder.path(), false)?;
     let plan = RunPlan::of(files.description());
     plan.run(&mut trainer, Some(&files), &mut watch())?;
-    let stopped = plan.finish(&mut trainer, &files, 1, || false);
+    let stopped = plan.finish(&BuiltInTasks, &mut trainer, &files, 1, || false);
     assert!(matches!(stopped, Err(RunsError::Evaluate(_))), "{stopped:?}");
-    let outcome = plan.finish(&mut trainer, &files, 1, || true)?;
+    let outcome = plan.finish(&BuiltInTasks, &mut trainer, &files, 1, || true)?;
     assert_eq!((outcome.counters.steps, outcome.reached), (200, None));
     let policy = files.read_policy()?;
     assert_eq!(policy.header().success, outcome.success);
@@ -161,14 +161,17 @@ fn a_run_begins_ends_and_is_resumed_or_replaced() -> Result {
     );
     assert!(is_told, "{refused:?}");
     // A run that has ended ends again in the same way.
-    let Ready { mut trainer, folder: files, .. } = Ready::resume(folder.path(), 1)?;
+    let Ready { mut trainer, folder: files, .. } = Ready::resume(&BuiltInTasks, folder.path(), 1)?;
     plan.run(&mut trainer, Some(&files), &mut watch())?;
-    assert_eq!(plan.finish(&mut trainer, &files, 1, || true)?.success, outcome.success);
+    assert_eq!(
+        plan.finish(&BuiltInTasks, &mut trainer, &files, 1, || true)?.success,
+        outcome.success
+    );
     assert!(files.read_policy()?.to_bytes()? == policy.to_bytes()?);
     files.remove_checkpoints()?;
     drop(files);
     assert!(RunFolder::is_finished(folder.path())?);
-    let nothing = Ready::resume(folder.path(), 1);
+    let nothing = Ready::resume(&BuiltInTasks, folder.path(), 1);
     assert!(
         matches!(nothing, Err(RunsError::Folder(FolderError::NoCheckpoint { .. }))),
         "{nothing:?}"
@@ -185,8 +188,11 @@ fn a_run_begins_or_is_resumed_and_is_no_other() -> Result {
         let (model, id) = (RunModel::Builtin, reach());
         let mut description = RunDescription::of_settings(id, model, config, &settings, seed);
         (description.steps, description.target) = (200, 2.0);
-        NewRun { description, settings, start: None, overwrite: false }
-            .resume_or_begin(folder.path(), 1)
+        NewRun { description, settings, start: None, overwrite: false }.resume_or_begin(
+            &BuiltInTasks,
+            folder.path(),
+            1,
+        )
     };
     let config = || FetchConfig::from(reach());
     let Ready { mut trainer, folder: files, .. } = new(7, short()?, config())?;

@@ -23,6 +23,9 @@ pub(super) const LIMIT: u64 = 1 << 20;
 pub struct RunDescription {
     /// The environment.
     pub env_id: EnvId,
+    /// The name of the task, if it is [not built in](super::MakeEnvs::task).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task: Option<String>,
     /// The model of the robot.
     pub model: RunModel,
     /// The settings of the environment, except its model, if they are not the reference's.
@@ -79,6 +82,7 @@ impl RunDescription {
         let (steps, target) = limits(env_id.task);
         Self {
             env_id,
+            task: None,
             model: RunModel::Builtin,
             config: None,
             steps,
@@ -137,6 +141,12 @@ impl RunDescription {
         config.with_model(self.model.source())
     }
 
+    /// Returns the name of the task, or of the environment.
+    #[must_use]
+    pub fn title(&self) -> String {
+        self.task.clone().unwrap_or_else(|| self.env_id.to_string())
+    }
+
     /// Returns the name of the runs that differ only in their seeds, such as `FetchPush-v4-fast`:
     /// the beginning of the names of files.
     #[must_use]
@@ -150,8 +160,16 @@ impl RunDescription {
         let start = self.start.iter().map(|start| format!("start={}", file_name(start)));
         let start = start.map(|start| start.replace('-', "%2D"));
         let changes = self.changes.iter().map(|change| file_name(change));
+        let task = self.task.iter().map(|task| format!("task={}", file_name(task)));
         let parts = [file_name(&self.env_id.to_string()), self.preset.to_string()];
-        parts.into_iter().chain(demos).chain(start).chain(changes).collect::<Vec<_>>().join("-")
+        parts
+            .into_iter()
+            .chain(task)
+            .chain(demos)
+            .chain(start)
+            .chain(changes)
+            .collect::<Vec<_>>()
+            .join("-")
     }
 
     /// Whether two runs may have the same name.

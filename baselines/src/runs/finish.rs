@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use fetch_env::{EnvId, MujocoEnv, make_vec, vec_env::VecConfig};
+use fetch_env::{EnvId, make_vec_while, vec_env::VecConfig};
 use serde::Serialize;
 
+use super::envs::MakeEnvs;
 use super::error::RunsError;
 use super::folder::RunFolder;
 #[cfg(feature = "page")]
@@ -67,19 +68,21 @@ impl RunPlan {
     /// # Errors
     /// [`RunsError`] if the policy is not finite, an episode fails, `go_on` returns false or a file
     /// cannot be written.
-    pub fn finish(
+    pub fn finish<M: MakeEnvs>(
         &self,
-        trainer: &mut Trainer<MujocoEnv>,
+        tasks: &M,
+        trainer: &mut Trainer<M::Env>,
         folder: &RunFolder,
         num_threads: usize,
         mut go_on: impl FnMut() -> bool,
     ) -> Result<Outcome, RunsError> {
-        self.finish_while(trainer, folder, num_threads, &mut go_on)
+        self.finish_while(tasks, trainer, folder, num_threads, &mut go_on)
     }
 
-    fn finish_while(
+    fn finish_while<M: MakeEnvs>(
         &self,
-        trainer: &mut Trainer<MujocoEnv>,
+        tasks: &M,
+        trainer: &mut Trainer<M::Env>,
         folder: &RunFolder,
         num_threads: usize,
         go_on: &mut dyn FnMut() -> bool,
@@ -89,7 +92,8 @@ impl RunPlan {
         let mut policy = trainer.policy(&env_id.to_string())?;
         let episodes = trainer.settings().schedule.evaluation_episodes;
         let vec_config = VecConfig::default().with_num_threads(num_threads);
-        let mut envs = make_vec(config, episodes.min(FINAL_ENVS), vec_config)?;
+        let (num_envs, make) = (episodes.min(FINAL_ENVS), |config| tasks.make(config));
+        let mut envs = make_vec_while(config, num_envs, vec_config, make, || true)?;
         let workers = trainer.workers();
         let own = share(workers, episodes);
         let own = evaluate_range(&mut envs, &mut policy, own, FINAL_SEED, |_| (), go_on)?;
@@ -109,6 +113,7 @@ impl RunPlan {
             folder.write_policy(&policy)?;
             #[cfg(feature = "page")]
             folder.write_page(&page::html(
+                tasks,
                 description,
                 trainer.rows(),
                 trainer.settings(),

@@ -11,6 +11,7 @@ use fetch_env::MujocoEnv;
 
 use super::curve::CurveLine;
 use super::description::RunDescription;
+use super::envs::BuiltInTasks;
 use super::error::{GridError, RunsError};
 use super::finish::Outcome;
 use super::folder::RunFolder;
@@ -189,7 +190,7 @@ impl Shared<'_> {
             Err(error) => return Err(error.into()),
             Ok(()) if !self.watch.go_on() => return Ok(None),
             Ok(()) => {
-                let outcome = plan.finish(&mut trainer, &folder, 1, || true)?;
+                let outcome = plan.finish(&BuiltInTasks, &mut trainer, &folder, 1, || true)?;
                 self.ended(run, GridEvent::Ended(&outcome));
                 end_of(&folder)?
             }
@@ -209,10 +210,10 @@ impl Shared<'_> {
 impl GridRun {
     /// Begins the run, or continues it from its last checkpoint. If it has neither a checkpoint nor
     /// all of its results, it begins again.
-    fn ready(&self) -> Result<Ready, GridError> {
+    fn ready(&self) -> Result<Ready<MujocoEnv>, GridError> {
         if RunFolder::has_checkpoint(&self.path)? {
             self.checked(RunFolder::open(&self.path)?)?;
-            return Ok(Ready::resume(&self.path, 1)?);
+            return Ok(Ready::resume(&BuiltInTasks, &self.path, 1)?);
         }
         let overwrite = RunFolder::is_run(&self.path);
         if overwrite {
@@ -220,7 +221,7 @@ impl GridRun {
         }
         let (description, settings) = (self.description.clone(), self.settings.clone());
         let new = NewRun { description, settings, start: None, overwrite };
-        new.begin(&self.path, 1, Box::new(OneProcess), |_| Ok(()))
+        new.begin(&BuiltInTasks, &self.path, 1, Box::new(OneProcess), |_| Ok(()))
     }
 
     /// Checks that a folder is this run's.

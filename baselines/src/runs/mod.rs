@@ -10,7 +10,7 @@
 //! use std::ops::ControlFlow;
 //!
 //! use baselines::learn::Preset;
-//! use baselines::runs::{NewRun, Ready, RunDescription, RunPlan, RunsError};
+//! use baselines::runs::{BuiltInTasks, NewRun, Ready, RunDescription, RunPlan, RunsError};
 //! use baselines::workers::OneProcess;
 //! use fetch_env::EnvId;
 //!
@@ -20,17 +20,18 @@
 //! let plan = RunPlan::of(&description);
 //! let new = NewRun { description, settings, start: None, overwrite: false };
 //! let Ready { mut trainer, folder, .. } =
-//!     new.begin("reach", 2, Box::new(OneProcess), |_| Ok::<_, RunsError>(()))?;
+//!     new.begin(&BuiltInTasks, "reach", 2, Box::new(OneProcess), |_| Ok::<_, RunsError>(()))?;
 //! plan.run(&mut trainer, Some(&folder), &mut |_: &_, row: Option<&_>| {
 //!     println!("{row:?}");
 //!     ControlFlow::Continue(())
 //! })?;
-//! println!("{}", plan.finish(&mut trainer, &folder, 2, || true)?);
+//! println!("{}", plan.finish(&BuiltInTasks, &mut trainer, &folder, 2, || true)?);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod curve;
 mod description;
+mod envs;
 mod error;
 mod finish;
 mod folder;
@@ -48,6 +49,7 @@ mod tensorboard;
 
 pub use curve::{CurveLine, curve_csv};
 pub use description::{RunDescription, RunModel};
+pub use envs::{BuiltInTasks, MakeEnvs, RunEnv};
 pub use error::{FolderError, GridError, RunsError};
 pub use finish::Outcome;
 pub use folder::RunFolder;

@@ -1,8 +1,7 @@
 //! The page of a run: its curve, its settings, and episodes of the policy.
 
-use fetch_env::make;
-
 use super::description::RunDescription;
+use super::envs::MakeEnvs;
 use super::error::RunsError;
 use super::finish::FINAL_SEED;
 use crate::learn::{CurveRow, TrainSettings};
@@ -14,15 +13,16 @@ const PLAYED: [u64; 3] = [FINAL_SEED, FINAL_SEED + 1, FINAL_SEED + 2];
 
 /// Returns the page.
 pub(super) fn html(
+    tasks: &impl MakeEnvs,
     description: &RunDescription,
     rows: &[CurveRow],
     settings: &TrainSettings,
     mut policy: TrainedPolicy,
 ) -> Result<String, RunsError> {
-    let title = format!("{}, learned in {} steps", description.env_id, policy.header().steps);
+    let title = format!("{}, learned in {} steps", description.title(), policy.header().steps);
     let mut page = Document::new(&title);
     page.section("curve", "Learning curve", &curves(rows, settings)?);
-    let mut env = make(description.config())?;
+    let mut env = tasks.make(description.config())?;
     let mut episodes = String::new();
     for seed in PLAYED {
         let playback = Playback::record(&mut env, &mut policy, seed, |_, _, _| ())?;

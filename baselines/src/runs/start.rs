@@ -2,21 +2,22 @@
 
 use std::path::Path;
 
-use fetch_env::{EnvError, FetchConfig, MujocoEnv, make};
+use fetch_env::SnapshotEnv;
 
 use super::description::RunDescription;
+use super::envs::{MakeEnvs, RunEnv, maker};
 use super::error::RunsError;
 use super::folder::RunFolder;
-use crate::learn::{CheckpointError, Resumed, TrainSettings, Trainer};
+use crate::learn::{CheckpointError, LearnEnv, Resumed, TrainSettings, Trainer};
 use crate::trained::TrainedPolicy;
 use crate::workers::{OneProcess, UnreadableMessage, Workers, gather_values};
 
 /// A run that is ready to go on.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Ready {
+pub struct Ready<E: LearnEnv> {
     /// What trains.
-    pub trainer: Trainer<MujocoEnv>,
+    pub trainer: Trainer<E>,
     /// Where it writes.
     pub folder: RunFolder,
 }
@@ -42,32 +43,34 @@ impl NewRun {
     /// # Errors
     /// Those of `prepare`, and [`RunsError`] if the run cannot be set up, or its folder is not
     /// [free](RunFolder::check_free).
-    pub fn begin<X: From<RunsError>>(
+    pub fn begin<M: MakeEnvs, X: From<RunsError>>(
         self,
+        tasks: &M,
         path: impl AsRef<Path>,
         num_threads: usize,
         workers: Box<dyn Workers>,
-        prepare: impl FnOnce(&mut Trainer<MujocoEnv>) -> Result<(), X>,
-    ) -> Result<Ready, X> {
+        prepare: impl FnOnce(&mut Trainer<M::Env>) -> Result<(), X>,
+    ) -> Result<Ready<M::Env>, X> {
         let path = path.as_ref();
-        let mut trainer = self.trainer(num_threads, workers)?;
+        let mut trainer = self.trainer(tasks, num_threads, workers)?;
         if trainer.workers().rank() == 0 {
             RunFolder::check_free(path, self.overwrite).map_err(RunsError::from)?;
         }
         prepare(&mut trainer)?;
-        Ok(self.begin_with(trainer, path)?)
+        Ok(self.begin_with(tasks.task(), trainer, path)?)
     }
 
     /// Prepares the training of the run, without a folder.
     ///
     /// # Errors
     /// [`RunsError`] if the run cannot be set up.
-    pub fn trainer(
+    pub fn trainer<M: MakeEnvs>(
         &self,
+        tasks: &M,
         num_threads: usize,
         workers: Box<dyn Workers>,
-    ) -> Result<Trainer<MujocoEnv>, RunsError> {
-        let make = maker(self.description.config());
+    ) -> Result<Trainer<M::Env>, RunsError> {
+        let make = maker(tasks, self.description.config());
         let (settings, seed) = (self.settings.clone(), self.description.seed);
         let mut trainer = Trainer::with_workers(make, settings, seed, num_threads, workers)?;
         if let Some(policy) = &self.start {
@@ -77,8 +80,14 @@ impl NewRun {
     }
 
     /// Begins the run of a trainer in a folder.
-    fn begin_with(self, mut trainer: Trainer<MujocoEnv>, path: &Path) -> Result<Ready, RunsError> {
-        let description = RunDescription { start: self.start_name(), ..self.description };
+    fn begin_with<E: LearnEnv + SnapshotEnv>(
+        self,
+        task: Option<&str>,
+        mut trainer: Trainer<E>,
+        path: &Path,
+    ) -> Result<Ready<E>, RunsError> {
+        let (start, task) = (self.start_name(), task.map(str::to_owned));
+        let description = RunDescription { start, task, ..self.description };
         let folder = if trainer.workers().rank() == 0 {
             RunFolder::create(path, description, self.overwrite)?
         } else {
@@ -103,18 +112,19 @@ impl NewRun {
     /// Those of [`begin`](Self::begin) and [`Ready::resume`], and
     /// [`CheckpointError::OtherSettings`] if the run in the folder has another environment, seed or
     /// settings.
-    pub fn resume_or_begin(
+    pub fn resume_or_begin<M: MakeEnvs>(
         self,
+        tasks: &M,
         path: impl AsRef<Path>,
         num_threads: usize,
-    ) -> Result<Ready, RunsError> {
+    ) -> Result<Ready<M::Env>, RunsError> {
         let path = path.as_ref();
         if !RunFolder::has_checkpoint(path)? {
-            return self.begin(path, num_threads, Box::new(OneProcess), |_| Ok(()));
+            return self.begin(tasks, path, num_threads, Box::new(OneProcess), |_| Ok(()));
         }
         let start = self.start_name();
         let Self { description, settings, .. } = self;
-        let ready = Ready::resume(path, num_threads)?;
+        let ready = Ready::resume(tasks, path, num_threads)?;
         let found = ready.folder.description();
         if found.config() != description.config() {
             let what = match found.env_id == description.env_id {
@@ -132,13 +142,18 @@ impl NewRun {
     }
 }
 
-impl Ready {
+impl<E: RunEnv> Ready<E> {
     /// Continues the run in a folder from its last checkpoint, in one process.
     ///
     /// # Errors
     /// As [`resume_with_workers`](Self::resume_with_workers).
-    pub fn resume(path: impl AsRef<Path>, num_threads: usize) -> Result<Self, RunsError> {
-        Self::resume_with_workers(path, num_threads, Box::new(OneProcess)).map(|(ready, _)| ready)
+    pub fn resume(
+        tasks: &impl MakeEnvs<Env = E>,
+        path: impl AsRef<Path>,
+        num_threads: usize,
+    ) -> Result<Self, RunsError> {
+        let workers = Box::new(OneProcess);
+        Self::resume_with_workers(tasks, path, num_threads, workers).map(|(ready, _)| ready)
     }
 
     /// Continues the run in a folder from its last checkpoint, shared by several processes, of which
@@ -146,16 +161,18 @@ impl Ready {
     ///
     /// # Errors
     /// [`RunsError`] if there is no run to resume, another process writes there, or the checkpoint
-    /// is damaged.
+    /// is damaged, and [`CheckpointError::OtherSettings`] if the run has another task.
     pub fn resume_with_workers(
+        tasks: &impl MakeEnvs<Env = E>,
         path: impl AsRef<Path>,
         num_threads: usize,
         workers: Box<dyn Workers>,
     ) -> Result<(Self, Resumed), RunsError> {
-        Self::resume_in(path.as_ref(), num_threads, workers)
+        Self::resume_in(tasks, path.as_ref(), num_threads, workers)
     }
 
     fn resume_in(
+        tasks: &impl MakeEnvs<Env = E>,
         path: &Path,
         num_threads: usize,
         mut workers: Box<dyn Workers>,
@@ -171,13 +188,16 @@ impl Ready {
                 return Err(UnreadableMessage { rank: 0, reason }.into());
             }
         };
-        let make = maker(folder.description().config());
+        let description = folder.description();
+        if description.task.as_deref() != tasks.task() {
+            let what = match &description.task {
+                Some(task) => format!("the task {task}"),
+                None => "a task that is built in".to_owned(),
+            };
+            return Err(CheckpointError::OtherSettings { folder: path.to_owned(), what }.into());
+        }
+        let make = maker(tasks, description.config());
         let (trainer, resumed) = Trainer::resume_with_workers(make, path, num_threads, workers)?;
         Ok((Self { trainer, folder }, resumed))
     }
-}
-
-/// Returns a function that makes the environments of a run.
-fn maker(config: FetchConfig) -> impl Fn() -> Result<MujocoEnv, EnvError> {
-    move || Ok(make(config.clone())?)
 }

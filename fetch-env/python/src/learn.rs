@@ -10,12 +10,12 @@ use std::thread::available_parallelism;
 use baselines::{
     learn::{self, CurveRow, LearnEnv, Preset, TrainSettings},
     runs::{
-        self, Cycles, FolderError, Length, NewRun, Ready, RunDescription, RunFolder, RunModel,
-        RunPlan, RunsError, TensorBoard,
+        self, BuiltInTasks, Cycles, FolderError, Length, MakeEnvs, NewRun, Ready, RunDescription,
+        RunFolder, RunModel, RunPlan, RunsError, TensorBoard,
     },
     workers::OneProcess,
 };
-use fetch_env::{FetchConfig, ModelSource, MujocoEnv};
+use fetch_env::{FetchConfig, MakeError, ModelSource, MujocoEnv};
 use pyo3::{
     Borrowed,
     exceptions::{PyRuntimeWarning, PyTypeError},
@@ -64,7 +64,33 @@ pub(crate) struct Trainer {
 /// The environments of a run: the built-in ones, or those of a task in Python.
 enum AnyTrainer {
     BuiltIn(learn::Trainer<MujocoEnv>),
-    Own(learn::Trainer<Limited>),
+    Own(learn::Trainer<Limited>, OwnTasks),
+}
+
+impl AnyTrainer {
+    /// Returns the task in Python, if there is one.
+    fn task(&self) -> Option<Arc<OwnTask>> {
+        match self {
+            Self::BuiltIn(_) => None,
+            Self::Own(_, own) => Some(Arc::clone(&own.0.task)),
+        }
+    }
+}
+
+/// Makes environments of a task in Python.
+#[derive(Clone)]
+struct OwnTasks(Own);
+
+impl MakeEnvs for OwnTasks {
+    type Env = Limited;
+
+    fn task(&self) -> Option<&str> {
+        Some(self.0.task.name())
+    }
+
+    fn make(&self, config: FetchConfig) -> Result<Limited, MakeError> {
+        Ok(task::make(config, Some(&self.0))?.time_limited())
+    }
 }
 
 /// Does the same with the trainer of any environments.
@@ -72,7 +98,7 @@ macro_rules! with {
     ($trainer:expr, $name:ident => $result:expr) => {
         match $trainer {
             AnyTrainer::BuiltIn($name) => $result,
-            AnyTrainer::Own($name) => $result,
+            AnyTrainer::Own($name, _) => $result,
         }
     };
 }
@@ -80,8 +106,6 @@ macro_rules! with {
 /// A run and the folder where it is saved, if it is.
 struct Run {
     trainer: AnyTrainer,
-    /// The task in Python, if there is one.
-    task: Option<Arc<OwnTask>>,
     plan: RunPlan,
     cycles: Cycles,
     folder: Option<RunFolder>,
@@ -109,9 +133,6 @@ impl Trainer {
         start: Option<PyRef<'_, Policy>>,
         tensorboard: Option<PathBuf>,
     ) -> Result<Self> {
-        if out.is_some() {
-            config.check_built_in("leave out out, and use Training.save")?;
-        }
         let Integer(seed) = seed;
         let num_threads = match num_threads.0 {
             0 => available_parallelism().map_or(1, NonZero::get),
@@ -132,20 +153,13 @@ impl Trainer {
         // No success rate is 2.
         (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
         let start = start.map(|policy| policy.copy(py)).transpose()?;
-        if start.is_some() {
-            config.check_built_in("leave out start")?;
-        }
-        let own = config.own(false);
+        let new = NewRun { description, settings, start, overwrite: false };
+        let own = config.own(false).map(OwnTasks);
         let mut run = simulate(py, || match own {
-            None => Run::new(
-                NewRun { description, settings, start, overwrite: false },
-                num_threads,
-                out,
-                resume,
-            ),
+            None => Run::new(&BuiltInTasks, new, num_threads, out, resume, AnyTrainer::BuiltIn),
             Some(own) => {
-                let config = config.config.clone();
-                Run::of_own_task(config, &description, settings, num_threads, &own)
+                let of_own = |trainer| AnyTrainer::Own(trainer, own.clone());
+                Run::new(&own, new, num_threads, out, resume, of_own)
             }
         })?;
         if let Some(folder) = tensorboard {
@@ -167,8 +181,7 @@ impl Trainer {
     /// if there was an evaluation. An exception of a signal handler stops the cycle, which the next
     /// call finishes.
     fn cycle(&self, py: Python<'_>) -> Result<(bool, Option<String>)> {
-        let Run { trainer, task, cycles, folder, board, has_failed, .. } =
-            &mut *self.run.lock(py)?;
+        let Run { trainer, cycles, folder, board, has_failed, .. } = &mut *self.run.lock(py)?;
         let folder = folder.as_ref();
         let mut watch = Watch { signals: Signals::new(), row: None };
         let next = simulate(py, || {
@@ -178,7 +191,7 @@ impl Trainer {
                 in_python(error, folder.map(RunFolder::path))
             })
         });
-        if let Some(task) = task {
+        if let Some(task) = trainer.task() {
             task.check().inspect_err(|_| *has_failed = true)?;
         }
         watch.signals.finish()?;
@@ -204,14 +217,22 @@ impl Trainer {
     /// end.
     fn finish(&self, py: Python<'_>) -> Result<()> {
         let Run { trainer, plan, folder, .. } = &mut *self.run.lock(py)?;
-        // A run of a task in Python has no folder.
-        let AnyTrainer::BuiltIn(trainer) = trainer else { return Ok(()) };
-        let Some(folder) = folder.as_ref().filter(|_| plan.is_over(trainer)) else { return Ok(()) };
-        let mut signals = Signals::new();
+        let is_over = with!(&*trainer, trainer => plan.is_over(trainer));
+        let Some(folder) = folder.as_ref().filter(|_| is_over) else { return Ok(()) };
+        let (threads, mut signals) = (self.num_threads, Signals::new());
         let finished = simulate(py, || {
-            let finished = plan.finish(trainer, folder, self.num_threads, || signals.go_on());
+            let go_on = || signals.go_on();
+            let finished = match trainer {
+                AnyTrainer::BuiltIn(trainer) => {
+                    plan.finish(&BuiltInTasks, trainer, folder, threads, go_on)
+                }
+                AnyTrainer::Own(trainer, own) => plan.finish(own, trainer, folder, threads, go_on),
+            };
             finished.map(drop).map_err(|error| in_python(error, Some(folder.path())))
         });
+        if let Some(task) = trainer.task() {
+            task.check()?;
+        }
         signals.finish()?;
         finished
     }
@@ -249,17 +270,24 @@ impl Trainer {
 }
 
 impl Run {
-    fn new(new: NewRun, num_threads: usize, out: Option<PathBuf>, resume: bool) -> Result<Self> {
+    fn new<M: MakeEnvs>(
+        tasks: &M,
+        new: NewRun,
+        num_threads: usize,
+        out: Option<PathBuf>,
+        resume: bool,
+        any: impl FnOnce(learn::Trainer<M::Env>) -> AnyTrainer,
+    ) -> Result<Self> {
         let mut plan = RunPlan::of(&new.description);
         let (mut trainer, folder) = match &out {
             None => {
-                let trainer = new.trainer(num_threads, Box::new(OneProcess));
+                let trainer = new.trainer(tasks, num_threads, Box::new(OneProcess));
                 (trainer.map_err(|error| in_python(error, None))?, None)
             }
             Some(path) => {
                 let ready = match resume {
-                    true => new.resume_or_begin(path, num_threads),
-                    false => new.begin(path, num_threads, Box::new(OneProcess), |_| Ok(())),
+                    true => new.resume_or_begin(tasks, path, num_threads),
+                    false => new.begin(tasks, path, num_threads, Box::new(OneProcess), |_| Ok(())),
                 };
                 let Ready { trainer, folder, .. } =
                     ready.map_err(|error| in_python(error, Some(path)))?;
@@ -271,25 +299,8 @@ impl Run {
         };
         let cycles = plan.begin(&mut trainer, folder.as_ref());
         let cycles = cycles.map_err(|error| in_python(error, out.as_deref()))?;
-        let trainer = AnyTrainer::BuiltIn(trainer);
-        Ok(Self { trainer, task: None, plan, cycles, folder, board: None, has_failed: false })
-    }
-
-    fn of_own_task(
-        config: FetchConfig,
-        description: &RunDescription,
-        settings: TrainSettings,
-        num_threads: usize,
-        own: &Own,
-    ) -> Result<Self> {
-        let (plan, task) = (RunPlan::of(description), Some(Arc::clone(&own.task)));
-        let own = own.clone();
-        let make = move || Ok(task::make(config.clone(), Some(&own))?.time_limited());
-        let trainer = learn::Trainer::new(make, settings, description.seed, num_threads);
-        let mut trainer = trainer.map_err(Error::chain)?;
-        let cycles = plan.begin(&mut trainer, None).map_err(|error| in_python(error, None))?;
-        let trainer = AnyTrainer::Own(trainer);
-        Ok(Self { trainer, task, plan, cycles, folder: None, board: None, has_failed: false })
+        let trainer = any(trainer);
+        Ok(Self { trainer, plan, cycles, folder, board: None, has_failed: false })
     }
 }
 

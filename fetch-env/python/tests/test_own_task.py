@@ -2,6 +2,7 @@
 
 import copy
 import gc
+import json
 import pickle
 import runpy
 from pathlib import Path
@@ -281,8 +282,6 @@ def test_exceptions_end_learning_and_evaluation_as_they_are():
     training = fetch_env.train("FetchPickAndPlace-v4", steps=2000, target=None, **settings)
     result = fetch_env.evaluate("FetchPickAndPlace-v4", training.policy, 4, task=Lift())
     assert 0 <= result["success_rate"]["value"] <= 1
-    with pytest.raises(ValueError, match="built-in tasks"):
-        fetch_env.train("FetchPickAndPlace-v4", out="run", **settings)
 
     class Failing(Lift):
         def is_success(self, *_goals):
@@ -294,6 +293,31 @@ def test_exceptions_end_learning_and_evaluation_as_they_are():
     ):
         with pytest.raises(BrokenError):
             call()
+
+
+def test_a_run_in_a_folder_goes_on_with_the_same_bits(tmp_path):
+    settings = {"target": None, "progress": False}
+    short = fetch_env.train("FetchPickAndPlace-v4", steps=500, task=Lift(), **settings).settings
+    short["schedule"] |= {"evaluation_interval": 500, "evaluation_episodes": 4}
+
+    def train(folder, steps, task, **more):
+        out = tmp_path / folder
+        more |= settings if task is None else {"task": task, **settings}
+        return fetch_env.train("FetchPickAndPlace-v4", short, steps=steps, out=out, **more)
+
+    whole = train("whole", 1500, Lift())
+    train("parts", 700, Lift())
+    parts = train("parts", 1500, Lift(), resume=True)
+    policies = [training.policy.weights() for training in (whole, parts)]
+    np.testing.assert_equal(*policies)
+    assert "Lift, learned in" in (tmp_path / "parts" / "page.html").read_text()
+    train("started", 500, Lift(), start=whole.policy)
+    description = json.loads((tmp_path / "started" / "run.json").read_text())
+    assert f"{whole.policy.header['steps']} steps" in description["start"]
+    with pytest.raises(ValueError, match="has the task Lift"):
+        train("parts", 2000, Meet(), resume=True)
+    with pytest.raises(ValueError, match="has the task Lift"):
+        train("parts", 2000, None, resume=True)
 
 
 def example(name):

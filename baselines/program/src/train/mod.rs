@@ -16,7 +16,10 @@ use anyhow::Context;
 use baselines::{
     Estimate, TrainedPolicy,
     learn::{CurveRow, Preset, Resumed, Target, TrainSettings, Trainer, UpdateSeconds, limits},
-    runs::{Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan, TensorBoard},
+    runs::{
+        BuiltInTasks, Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan,
+        TensorBoard,
+    },
     workers::{Workers, gather_values},
 };
 use fetch_env::{EnvId, MujocoEnv};
@@ -162,9 +165,13 @@ fn run_shared(
     Ok(results.iter().all(|outcome| outcome.reached.is_some() || outcome.target > 1.0))
 }
 
-fn resume(args: &Args, folder: &Path, workers: Box<dyn Workers>) -> anyhow::Result<Ready> {
+fn resume(
+    args: &Args,
+    folder: &Path,
+    workers: Box<dyn Workers>,
+) -> anyhow::Result<Ready<MujocoEnv>> {
     let (rank, size) = (workers.rank(), workers.size());
-    let resumed = Ready::resume_with_workers(folder, args.threads.get(), workers);
+    let resumed = Ready::resume_with_workers(&BuiltInTasks, folder, args.threads.get(), workers);
     let (ready, resumed) = resumed.map_err(|error| in_flags(error.into()))?;
     if rank == 0 {
         let steps = ready.trainer.counters().steps;
@@ -187,7 +194,7 @@ fn start(
     settings: &TrainSettings,
     seed: u64,
     workers: Box<dyn Workers>,
-) -> anyhow::Result<Ready> {
+) -> anyhow::Result<Ready<MujocoEnv>> {
     let name = format!("{}-seed-{seed}", args.env_id);
     let path = match &args.out {
         Some(folder) if args.seeds.get() == 1 => folder.clone(),
@@ -198,7 +205,7 @@ fn start(
     let (description, settings) = (describe(args, seed)?, settings.clone());
     let start = args.start.as_ref().map(TrainedPolicy::load).transpose()?;
     let new = NewRun { description, settings, start, overwrite: args.overwrite };
-    new.begin(path, args.threads.get(), workers, |trainer| {
+    new.begin(&BuiltInTasks, path, args.threads.get(), workers, |trainer| {
         let Some(demos) = &args.demos else { return Ok(()) };
         options::add_demos(trainer, args, demos, seed)?;
         if is_first {
@@ -233,7 +240,7 @@ fn tell_of_locks(path: &Path, is_shared: bool) {
 }
 
 /// Runs a trainer to its end, and writes its files. A signal ends it after a last checkpoint.
-fn finish(args: &Args, ready: Ready, signals: &Signals) -> anyhow::Result<Outcome> {
+fn finish(args: &Args, ready: Ready<MujocoEnv>, signals: &Signals) -> anyhow::Result<Outcome> {
     let Ready { mut trainer, folder, .. } = ready;
     let plan = plan(args, &folder);
     let is_first = trainer.workers().rank() == 0;
@@ -273,7 +280,7 @@ fn finish(args: &Args, ready: Ready, signals: &Signals) -> anyhow::Result<Outcom
         }
         return Err(stopped.into());
     }
-    let outcome = plan.finish(&mut trainer, &folder, args.threads.get(), || true)?;
+    let outcome = plan.finish(&BuiltInTasks, &mut trainer, &folder, args.threads.get(), || true)?;
     if is_first {
         say!("train: {outcome}; wrote {}", folder.path().display())?;
         let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();

@@ -71,6 +71,11 @@ impl OwnTask {
         serde_json::from_str(&json).map(Some).map_err(wrong)
     }
 
+    /// Returns the name of its class.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Raises the exception of a reward, if there was one since the last call.
     pub(crate) fn check(&self) -> Result<()> {
         let error = self.error.lock().unwrap_or_else(PoisonError::into_inner).take();
