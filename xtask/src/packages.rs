@@ -55,6 +55,8 @@ fn has_the_allowed_dependencies() -> anyhow::Result<bool> {
 fn is_clean_with_each_feature() -> anyhow::Result<bool> {
     let mut hack = Command::new(tool(HACK)?);
     hack.args(["hack", "clippy", "--each-feature", "--quiet"]).current_dir(ROOT);
+    // What all formats of data sets share is unused without one of them.
+    hack.args(["--exclude-features", "datasets"]);
     for (_, package) in CRATES {
         hack.args(["-p", package]);
     }
