@@ -1,15 +1,18 @@
 """The build backend: maturin's, with MuJoCo next to the compiled module.
 
 The build requirement `mujoco` has the headers to compile with, and the library and the decoders of
-meshes that the package includes. These get their own names, so that they never meet the copy of
-a `mujoco` that the user has installed, whatever its version.
+meshes that the package includes.
 
-If MUJOCO_DIR is set, that installation is used and included instead.
+If MUJOCO_DIR is set, that installation is used and included instead. To build for another system or
+processor, set CARGO_BUILD_TARGET, and MUJOCO_DIR to a MuJoCo for it: `cargo xtask wheels` does.
 """
 
 import os
+import platform
 import shutil
+import struct
 import subprocess
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -26,7 +29,6 @@ from maturin import (  # noqa: F401
 
 HERE = Path(__file__).resolve().parent
 BUNDLE = HERE / "python" / "fetch_env" / "_mujoco"
-DECODERS = ("libstl_decoder.so", "libobj_decoder.so")
 
 
 def package():
@@ -59,32 +61,89 @@ def patch(*arguments):
     subprocess.run(["patchelf", *map(str, arguments)], check=True)
 
 
-def library_of(mujoco):
-    """Return the library of an installation, which must have the decoders, too."""
-    libraries = [*mujoco.glob("libmujoco.so.*"), *mujoco.glob("lib/libmujoco.so.*")]
-    if len(libraries) == 1 and all((mujoco / "plugin" / name).exists() for name in DECODERS):
-        return libraries[0]
+def on_linux(library, decoders):
+    """Bundle MuJoCo under a name of its own, so that it never meets another copy in the process."""
+    own_name = library.name.replace("libmujoco.", "libmujoco_fetch_env.")
+    copy(library, BUNDLE / own_name)
+    patch("--set-soname", own_name, BUNDLE / own_name)
+    for source in decoders:
+        decoder = BUNDLE / "plugin" / source.name
+        copy(source, decoder)
+        patch("--replace-needed", library.name, own_name, decoder)
+        patch("--set-rpath", "$ORIGIN/..", decoder)
+
+
+def on_windows(library, decoders):
+    """Bundle MuJoCo under a name of its own, which is as long as the one in the decoders."""
+    own_name = "mujofe.dll"
+    shutil.copyfile(library, BUNDLE / own_name)
+    for source in decoders:
+        parts = source.read_bytes().split(f"{library.name}\0".encode())
+        (BUNDLE / "plugin" / source.name).write_bytes(f"{own_name}\0".encode().join(parts))
+
+
+def on_macos(library, decoders):
+    """Bundle the parts for one processor, unchanged, because they are signed."""
+    for folder, source in [(".", library), *(("plugin", decoder) for decoder in decoders)]:
+        (BUNDLE / folder / source.name).write_bytes(thin(source.read_bytes()))
+
+
+def thin(code):
+    """Return the part for the target's processor of a library that has several."""
+    if not code.startswith(b"\xca\xfe\xba\xbe"):
+        return code
+    wanted = 0x01000007 if target().startswith("x86_64") else 0x0100000C
+    (count,) = struct.unpack_from(">I", code, 4)
+    parts = struct.iter_unpack(">5I", code[8 : 8 + 20 * count])
+    offset, size = next(part[2:4] for part in parts if part[0] == wanted)
+    return code[offset : offset + size]
+
+
+#: For each system, as Rust and Python name it: the names of MuJoCo's library and of its decoders,
+#: and what bundles them.
+SYSTEMS = {
+    "linux": ("libmujoco.so.*", "lib{}_decoder.so", on_linux),
+    "darwin": ("libmujoco.*.dylib", "lib{}_decoder.dylib", on_macos),
+    "win": ("mujoco.dll", "{}_decoder.dll", on_windows),
+}
+
+
+def target():
+    """Return the names of the processor and of the system to build for."""
+    return os.environ.get("CARGO_BUILD_TARGET") or f"{platform.machine()}-{sys.platform}"
+
+
+def system():
+    """Return what is known of the system to build for."""
+    for name, known in SYSTEMS.items():
+        if name in target():
+            return known
+    message = f"MuJoCo has no library for {target()}: build on Linux, macOS or Windows"
+    raise RuntimeError(message)
+
+
+def parts_of(mujoco):
+    """Return the library of an installation, and the decoders, which it must have, too."""
+    pattern, decoder, _ = system()
+    libraries = [*mujoco.glob(pattern), *mujoco.glob(f"lib/{pattern}")]
+    decoders = [mujoco / "plugin" / decoder.format(kind) for kind in ("stl", "obj")]
+    if len(libraries) == 1 and all(path.exists() for path in decoders):
+        return libraries[0], decoders
     message = (
-        f"{mujoco} does not have one libmujoco.so.*, in it or in its lib, and the decoders "
-        f"{', '.join(DECODERS)} in its plugin: unset MUJOCO_DIR to use the build requirement mujoco"
+        f"{mujoco} does not have one {pattern}, in it or in its lib, and the decoders "
+        f"{', '.join(path.name for path in decoders)} in its plugin: unset MUJOCO_DIR to use the "
+        "build requirement mujoco"
     )
     raise RuntimeError(message)
 
 
 def bundle(mujoco):
     """Put MuJoCo's library, its decoders and its licenses into the package."""
-    library = library_of(mujoco)
+    library, decoders = parts_of(mujoco)
     shutil.rmtree(BUNDLE, ignore_errors=True)
     (BUNDLE / "plugin").mkdir(parents=True)
-    own_name = library.name.replace("libmujoco.", "libmujoco_fetch_env.")
-    copy(library, BUNDLE / own_name)
-    patch("--set-soname", own_name, BUNDLE / own_name)
-    for name in DECODERS:
-        decoder = BUNDLE / "plugin" / name
-        copy(mujoco / "plugin" / name, decoder)
-        patch("--replace-needed", library.name, own_name, decoder)
-        # The module has loaded the library by then: no path may lead to another copy.
-        patch("--remove-rpath", decoder)
+    _, _, bundle_parts = system()
+    bundle_parts(library, decoders)
     # Installations for other processors have no copy of them.
     for terms in (package() or mujoco).parent.glob("mujoco-*.dist-info/licenses/*"):
         shutil.copyfile(terms, BUNDLE / f"MUJOCO_{terms.name}")

@@ -58,7 +58,8 @@ __all__ = [
 
 __version__ = version("fetch-env")
 
-for _library in (Path(__file__).parent / "_mujoco").glob("libmujoco*"):
+_mujoco = Path(__file__).parent / "_mujoco"
+for _library in (*_mujoco.glob("libmujoco*"), *_mujoco.glob("*.dll")):
     _native.use_library(_library)
 
 register_own()

@@ -34,10 +34,10 @@ pub(in super::super) fn resolve(file: &Path) -> io::Result<PathBuf> {
     path::absolute(file)
 }
 
-/// Returns no name: the version is asked of the loaded library. The system refuses a truncated
-/// file.
-pub(in super::super) fn own_name(_: &Path) -> Result<Option<String>, String> {
-    Ok(None)
+/// Returns the file's name, under which the system knows the library once it is loaded. The system
+/// refuses a truncated file.
+pub(in super::super) fn own_name(file: &Path) -> Result<Option<String>, String> {
+    Ok(file.file_name().and_then(|name| name.to_str()).map(str::to_owned))
 }
 
 /// Accepts every file.
