@@ -16,12 +16,14 @@ mod ci;
 mod fuzz;
 mod handing_on;
 mod mutants;
+mod package_build;
 mod packages;
 mod platforms;
 mod projects;
 mod python;
 mod sanitize;
 mod tools;
+mod wheels;
 
 use std::{ffi::OsString, process::ExitCode};
 
@@ -60,6 +62,8 @@ enum Command {
     Projects(projects::Args),
     /// Build the Python package, and test it beside the reference
     Python(python::Args),
+    /// Build the Python package's wheels for all platforms on this one, and audit them
+    Wheels(wheels::Args),
     /// Compare with the real environment: recorded, live, pictures, samples, policies
     Parity(handing_on::Rest),
     /// Measure speed and memory
@@ -92,6 +96,7 @@ fn main() -> ExitCode {
         Command::Platforms(args) => platforms::run(&args),
         Command::Projects(args) => projects::run(&args),
         Command::Python(args) => python::run(&args),
+        Command::Wheels(args) => wheels::run(&args),
         Command::Parity(_) | Command::Bench(_) | Command::Soak(_) | Command::TaskPages(_) => {
             return handed_on(handing_on::to_lab(&arguments[1..]));
         }

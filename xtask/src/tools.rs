@@ -15,6 +15,12 @@ pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 /// tool that compares interfaces cannot read.
 pub const NIGHTLY: &str = "nightly-2026-05-20";
 
+/// The MuJoCo of the Python package, and of what is built for other platforms.
+pub const MUJOCO: &str = "3.6.0";
+
+/// PyPI's package of Zig, whose C compiler has the headers of other systems.
+pub const ZIG: &str = "ziglang==0.17.1";
+
 /// Returns the path of a tool, which is built on first use.
 pub fn tool((name, version): (&str, &str)) -> anyhow::Result<PathBuf> {
     let folder = Path::new(ROOT).join("target/tools").join(format!("{name}-{version}"));

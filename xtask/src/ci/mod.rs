@@ -25,8 +25,8 @@ use crate::{c_compiler, output::usage, tools::succeeds};
 #[derive(clap::Args)]
 pub struct Args {
     /// Also run what takes longest, as before a release: fuzzing, ThreadSanitizer, Miri, mutants of
-    /// the last commits, many steps, packages, the projects with burn and candle, and more tests on
-    /// other versions of MuJoCo
+    /// the last commits, many steps, packages, wheels, the projects with burn and candle, and more
+    /// tests on other versions of MuJoCo
     #[arg(long)]
     all: bool,
     /// Skip the steps that need something missing, and list them

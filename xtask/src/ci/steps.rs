@@ -182,6 +182,7 @@ const LONGEST_ON_SYSTEM: Stage = Stage {
         step("mutants of the last commits", "xtask mutants --commits 3 --at-most 1", &[Git]),
         step("many steps", "xtask soak", &[OpenGl]),
         step("packages", "xtask packages --build", &[Clippy, Mpi]),
+        step("wheels for all platforms", "xtask wheels", &[Python, Wine]),
         step("a project with burn", "xtask projects --only burn", &[Rustfmt]),
         step("a project with candle", "xtask projects --only candle", &[Rustfmt]),
     ],
@@ -275,6 +276,8 @@ mod tests {
             ("aarch64-macos", Python),
             ("x86_64-windows", Python),
             ("x86_64-windows", Wine),
+            ("wheels", Python),
+            ("wheels", Wine),
         ];
         for (stage, step) in all() {
             let has = |need| stage.needs.contains(&need) || step.needs.contains(&need);

@@ -2,7 +2,8 @@
 
 use fetch_install::download;
 
-use super::{MUJOCO, Platform, cargo_for};
+use super::{Platform, cargo_for};
+use crate::tools::MUJOCO;
 
 pub(super) const PLATFORM: Platform =
     Platform { name: "aarch64-linux", target: "aarch64-unknown-linux-gnu", check };

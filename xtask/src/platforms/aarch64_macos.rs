@@ -8,14 +8,11 @@ use std::{
 use anyhow::ensure;
 use fetch_install::download;
 
-use super::{MUJOCO, Platform, compile_without_mujoco};
-use crate::tools::{ROOT, succeeds};
+use super::{Platform, compile_without_mujoco};
+use crate::tools::{MUJOCO, ROOT, ZIG, succeeds};
 
 pub(super) const PLATFORM: Platform =
     Platform { name: "aarch64-macos", target: "aarch64-apple-darwin", check };
-
-/// PyPI's package of Zig, whose C compiler has the headers of macOS.
-const ZIG: &str = "ziglang==0.17.1";
 
 /// The shim's sources for macOS, as in fetch-sim's build script.
 const SOURCES: [&str; 9] = [

@@ -2,7 +2,7 @@
 
 mod aarch64_linux;
 mod aarch64_macos;
-mod x86_64_windows;
+pub(crate) mod x86_64_windows;
 
 use std::path::Path;
 
@@ -19,9 +19,6 @@ struct Platform {
 
 const PLATFORMS: [Platform; 3] =
     [aarch64_linux::PLATFORM, aarch64_macos::PLATFORM, x86_64_windows::PLATFORM];
-
-/// The version of MuJoCo whose wheels are used.
-const MUJOCO: &str = "3.6.0";
 
 #[derive(clap::Args)]
 pub struct Args {

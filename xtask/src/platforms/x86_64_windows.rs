@@ -5,8 +5,8 @@ use std::{fs, path::Path, process::Command};
 use anyhow::{Context, ensure};
 use fetch_install::download;
 
-use super::{MUJOCO, Platform, cargo_for, compile_without_mujoco};
-use crate::tools::{ROOT, succeeds};
+use super::{Platform, cargo_for, compile_without_mujoco};
+use crate::tools::{MUJOCO, ROOT, succeeds};
 
 pub(super) const PLATFORM: Platform =
     Platform { name: "x86_64-windows", target: "x86_64-pc-windows-gnu", check };
@@ -27,23 +27,34 @@ fn check() -> anyhow::Result<bool> {
 fn run_tests() -> anyhow::Result<bool> {
     let Platform { name, target, .. } = PLATFORM;
     let mujoco = download::mujoco_for(MUJOCO, name)?;
-    let folder = Path::new(ROOT).join("target/wine");
-    prepare(&folder)?;
-    let folder = folder.canonicalize()?;
-    let prefix = folder.to_str().context("the path is not UTF-8")?;
-    let variables = [
-        ("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER", "wine"),
-        ("WINEPREFIX", prefix),
-        ("WINEDEBUG", "-all"),
-        ("TEMP", r"C:\windows\temp"),
-    ];
+    let wine = variables()?;
+    let mut variables = vec![("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER", "wine")];
+    variables.extend(wine.iter().map(|(name, value)| (*name, value.as_str())));
     let run = |arguments: &str| cargo_for(target, arguments, &mujoco, &variables);
     // Rendering is impossible, and must return its own error.
     let passed = run("test -p fetch-sim --no-default-features --features mujoco --tests")?
         && run("test -p fetch-sim --test render -- without_opengl")?;
-    // Otherwise it would wait for the next program.
+    Ok(end(&wine) && passed)
+}
+
+/// Returns the variables with which Wine runs in a folder of this workspace's own, which is made on
+/// the first call.
+pub(crate) fn variables() -> anyhow::Result<[(&'static str, String); 3]> {
+    let folder = Path::new(ROOT).join("target/wine");
+    prepare(&folder)?;
+    let folder = folder.canonicalize()?;
+    let prefix = folder.to_str().context("the path is not UTF-8")?;
+    Ok([
+        ("WINEPREFIX", prefix.into()),
+        ("WINEDEBUG", "-all".into()),
+        ("TEMP", r"C:\windows\temp".into()),
+    ])
+}
+
+/// Ends Wine, which would wait for the next program, and returns whether it could.
+pub(crate) fn end(variables: &[(&'static str, String)]) -> bool {
     let mut end = Command::new("wineserver");
-    Ok(succeeds(end.arg("--kill").env("WINEPREFIX", prefix)).is_ok() && passed)
+    succeeds(end.arg("--kill").envs(variables.iter().cloned())).is_ok()
 }
 
 /// Creates Wine's folder, unless it exists.
