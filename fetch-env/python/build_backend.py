@@ -83,7 +83,7 @@ def on_windows(library, decoders):
 
 
 def on_macos(library, decoders):
-    """Bundle the parts for one processor, unchanged, because they are signed."""
+    """Bundle the parts for one processor, unchanged, because that would undo their signatures."""
     for folder, source in [(".", library), *(("plugin", decoder) for decoder in decoders)]:
         (BUNDLE / folder / source.name).write_bytes(thin(source.read_bytes()))
 

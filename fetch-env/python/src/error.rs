@@ -67,9 +67,13 @@ impl Error {
         let message = causes.iter().map(ToString::to_string).collect::<Vec<_>>().join(": ");
         let mut files = causes.iter().filter_map(|cause| cause.downcast_ref::<io::Error>());
         let Some(error) = files.next() else { return Self::value(message) };
-        let number = files.chain([error]).find_map(io::Error::raw_os_error);
-        let number = number.unwrap_or_else(|| number_of(error.kind()));
-        let message = message.replace(&format!(" (os error {number})"), "");
+        let of_system = files.chain([error]).find_map(io::Error::raw_os_error);
+        let message = match of_system {
+            Some(number) => message.replace(&format!(" (os error {number})"), ""),
+            None => message,
+        };
+        // Windows has numbers of its own.
+        let number = of_system.filter(|_| cfg!(unix)).unwrap_or_else(|| number_of(error.kind()));
         // Python makes a FileNotFoundError, or what else the number means.
         Self(PyOSError::new_err((number, message)))
     }
