@@ -73,6 +73,10 @@ fn the_goal_is_drawn_at_its_position_and_the_sky_above() -> Result {
     assert_eq!(red(renderer.rgb()?), 0, "below the floor and out of the picture");
     renderer.update_scene(&simulator, &[GOAL])?;
     assert_eq!(renderer.rgb()?, near, "the same scene gives the same bytes");
+    renderer.set_goals_shown(false);
+    assert_eq!(red(renderer.rgb()?), 0, "hidden");
+    renderer.set_goals_shown(true);
+    assert_eq!(renderer.rgb()?, near);
     Ok(())
 }
 

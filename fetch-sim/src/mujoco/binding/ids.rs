@@ -19,6 +19,14 @@ macro_rules! ids {
             $(#[$doc])*
             #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
             pub struct $id(pub(crate) usize);
+
+            impl $id {
+                /// Returns the index in the model's order.
+                #[must_use]
+                pub const fn index(self) -> usize {
+                    self.0
+                }
+            }
         )*
 
         impl Model {$(
@@ -75,8 +83,8 @@ impl Model {
     }
 
     /// Returns the names of the cameras in the model's order; empty for one without a name.
-    #[cfg(feature = "render")]
-    pub(crate) fn camera_names(&self) -> Vec<&str> {
+    #[must_use]
+    pub fn camera_names(&self) -> Vec<&str> {
         (0..self.sizes.ncam as usize)
             .map(|id| self.name(ObjectKind::Camera, id).ok().flatten().unwrap_or_default())
             .collect()

@@ -49,6 +49,7 @@ counts! {
     nbody: "bodies, including the world",
     ngeom: "geoms",
     nsite: "sites",
+    ncam: "cameras",
     nmocap: "mocap bodies",
 }
 

@@ -20,6 +20,8 @@ use crate::{
 #[derive(Debug)]
 pub(super) struct ShownLooks {
     pub(super) looks: Looks,
+    /// Whether goals are drawn, if the looks do not hide them.
+    pub(super) goals_shown: bool,
     /// The scale of the object's size.
     pub(super) object_size: f64,
     parts: Vec<Part>,
@@ -57,12 +59,13 @@ impl ShownLooks {
         add(FS_SEGMENT_GEOM, floor.into_iter().collect(), Factor::FLOOR_COLOR);
         let targets = targets.iter().flatten().map(|site| site.0);
         add(FS_SEGMENT_SITE, targets.collect(), Factor::GOAL_COLOR);
-        Self { looks: Looks::default(), object_size: 1.0, parts, changed: Vec::new() }
+        let looks = Looks::default();
+        Self { looks, goals_shown: true, object_size: 1.0, parts, changed: Vec::new() }
     }
 
     /// Returns whether goals are drawn.
     pub(super) fn shows_goals(&self) -> bool {
-        self.or(Factor::GoalVisible, 1.0) >= 0.5
+        self.goals_shown && self.or(Factor::GoalVisible, 1.0) >= 0.5
     }
 
     /// Returns the color of the goals that have no site.
@@ -73,7 +76,7 @@ impl ShownLooks {
 
     /// Returns what differs from the model, if anything does. It borrows from `self`.
     pub(super) fn raw(&mut self) -> Option<RawLooks> {
-        if self.looks.is_empty() && self.object_size == 1.0 {
+        if self.looks.is_empty() && self.object_size == 1.0 && self.goals_shown {
             return None;
         }
         let mut changed = std::mem::take(&mut self.changed);

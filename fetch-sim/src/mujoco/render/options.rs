@@ -25,11 +25,13 @@ pub struct RenderOptions {
     height: u32,
     samples: u8,
     camera: Camera,
+    goals_shown: bool,
 }
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self { width: 480, height: 480, samples: 4, camera: Camera::default() }
+        let camera = Camera::default();
+        Self { width: 480, height: 480, samples: 4, camera, goals_shown: true }
     }
 }
 
@@ -50,6 +52,11 @@ impl RenderOptions {
         with_samples(samples: u8);
         /// Returns the number of samples per pixel.
         samples: u8;
+
+        /// Sets whether pictures show the goals. The default is true.
+        with_goals_shown(goals_shown: bool);
+        /// Whether pictures show the goals.
+        goals_shown: bool;
     }
 
     /// Sets the camera. The default is the reference's, [`FreeCamera::REFERENCE`].

@@ -137,7 +137,7 @@ impl Renderer {
         let targets: Vec<_> = (0..model.nsite()).map(target).collect();
         let looks = ShownLooks::new(&model, config.task(), &targets);
         let data = Data::new(Arc::new(model))?;
-        let camera = options.camera().clone();
+        let (camera, goals_shown) = (options.camera().clone(), options.goals_shown());
         let mut renderer = Self {
             raw: ManuallyDrop::new(make(data.model())?),
             data,
@@ -152,6 +152,7 @@ impl Renderer {
             objects: Vec::new(),
         };
         renderer.set_camera(camera)?;
+        renderer.set_goals_shown(goals_shown);
         renderer.place()?;
         Ok(renderer)
     }
@@ -169,7 +170,7 @@ impl Renderer {
         (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_str().ok())?
     }
 
-    /// Returns the renderer's settings, with its current camera.
+    /// Returns the renderer's settings, with its current camera, and whether it shows goals.
     pub const fn options(&self) -> &RenderOptions {
         &self.options
     }
@@ -200,21 +201,30 @@ impl Renderer {
                 unsafe { ffi::fs_set_free_camera(self.raw.as_ptr(), &raw const numbers) };
             }
             Camera::Named(name) => self.set_fixed_camera(self.model().camera(name), name)?,
-            Camera::Index(id) => self.set_fixed_camera(Some(*id), &id.to_string())?,
+            Camera::Index(id) => self.set_fixed_camera(Some(*id), id)?,
         }
         self.options = mem::take(&mut self.options).with_camera(camera);
         Ok(())
     }
 
-    fn set_fixed_camera(&mut self, id: Option<usize>, name: &str) -> Result<(), RenderError> {
-        let known = self.camera_names();
-        let Some(id) = id.filter(|&id| id < known.len()) else {
-            let known = known.iter().map(|&name| name.to_owned()).collect();
-            return Err(RenderError::UnknownCamera { camera: name.to_owned(), known });
+    fn set_fixed_camera(
+        &mut self,
+        id: Option<usize>,
+        name: &dyn fmt::Display,
+    ) -> Result<(), RenderError> {
+        let Some(id) = id.filter(|&id| id < self.model().ncam()) else {
+            let known = self.camera_names().into_iter().map(str::to_owned).collect();
+            return Err(RenderError::UnknownCamera { camera: name.to_string(), known });
         };
         // SAFETY: the renderer is alive and the model has a camera of this id.
         unsafe { ffi::fs_set_fixed_camera(self.raw.as_ptr(), id as c_int) };
         Ok(())
+    }
+
+    /// Sets whether the next pictures show the goals.
+    pub fn set_goals_shown(&mut self, goals_shown: bool) {
+        self.options = mem::take(&mut self.options).with_goals_shown(goals_shown);
+        self.looks.goals_shown = goals_shown;
     }
 
     /// Sets how the scene looks in the next pictures, where that differs from the model.
