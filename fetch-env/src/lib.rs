@@ -53,7 +53,7 @@
 //! | step many at once | [`VecEnv`], from `make_vec` or [`make_kinematic_vec`] |
 //! | make environments of your own by name | [`Registry`] |
 //! | test an environment of your own | [`check`] |
-//! | see it | `RenderEnv`; `PixelObservation` for observations; `RecordVideo` for files |
+//! | see it | `RenderEnv`, `View`; `PixelOptions` for observations; `RecordVideo` for files |
 //!
 //! # Seeds
 //! `reset(Some(seed))` restarts the random numbers as numpy's `PCG64(SeedSequence(seed))`: the same
@@ -155,9 +155,10 @@ pub use pictures::clip::record_video::{RecordVideo, VideoFormat};
 #[cfg(feature = "render")]
 pub use pictures::{
     frames::PixelOptions,
-    pixel_rows::PixelRows,
+    pixel_rows::{PictureRows, PixelRows, Pixels},
     pixels::{AddRenderObservation, PixelObservation, PixelsOnly},
     render::RenderEnv,
+    view::View,
 };
 
 /// The README's example, run as a test.

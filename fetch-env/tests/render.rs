@@ -5,7 +5,7 @@
 use std::num::NonZeroU8;
 
 use allocation_counter::measure;
-use fetch_env::spaces::SpaceError;
+use fetch_env::spaces::{ImageSpace, SpaceError};
 use fetch_env::variation::{LookFactor, Variation};
 use fetch_env::vec_env::VecConfig;
 use fetch_env::{
@@ -145,8 +145,8 @@ fn pixels_are_what_render_shows_in_the_order_asked_for() -> Result {
         |first| make("FetchPickAndPlace-v4")?.wrap(AddRenderObservation::new(options(2, first)));
     let mut last = with(false)?;
     let mut first = with(true)?;
-    assert_eq!(options(2, false).image_space()?.shape(), [30, 40, 6]);
-    assert_eq!(options(2, true).image_space()?.shape(), [6, 30, 40]);
+    assert_eq!(options(2, false).space()?, ImageSpace::new([30, 40, 6])?.into());
+    assert_eq!(options(2, true).space()?, ImageSpace::new([6, 30, 40])?.into());
     let start = plain.reset(Some(3))?.observation;
     let mut pictures = [0; 2].map(|_| plain.render(&mut renderer).expect("a picture").to_vec());
     let mut observations: [PixelObservation<_>; 2] =
@@ -191,7 +191,7 @@ fn an_environment_with_pixels_keeps_the_laws() -> Result {
     let observation = env.reset(Some(0))?.observation;
     assert!(env.observation_space().contains(&observation.to_value(env.observation_space())?));
     let Space::Dict(space) = env.observation_space() else { panic!("a dictionary") };
-    assert_eq!(space.get("pixels"), Some(&options(1, true).image_space()?.into()));
+    assert_eq!(space.get("pixels"), Some(&options(1, true).space()?));
     let achieved = observation.achieved_goal();
     assert_eq!(env.compute_reward(achieved, achieved)?, 0.0);
     Ok(())

@@ -3,18 +3,20 @@
 
 use std::num::NonZeroU8;
 
+use fetch_env::spaces::SpaceError;
 use fetch_env::vec_env::{AutoresetMode, VecConfig, VecEnv};
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{
-    AddRenderObservation, Env, EnvError, EnvExt, FetchEnv, MujocoSimulator, PixelOptions,
-    PixelsOnly, RenderEnv, RenderError, RenderOptions, SnapshotEnv, TimeLimit, check, make,
+    AddRenderObservation, BatchObservation, Camera, Env, EnvError, EnvExt, FetchEnv,
+    MujocoSimulator, PixelOptions, PixelsOnly, RenderEnv, RenderError, RenderOptions, SnapshotEnv,
+    TimeLimit, View, check, make,
 };
 use testing::Result;
 
 /// Returns whether there is OpenGL; an error if there is none but the environment variable
 /// `MUJOCO_GL` demands it.
 fn can_see() -> Result<bool> {
-    match make("FetchReach-v4")?.renderer(options(1).render().clone()) {
+    match make("FetchReach-v4")?.renderer(tiny()) {
         Err(error)
             if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. }))
                 && std::env::var_os("MUJOCO_GL").is_none() =>
@@ -25,10 +27,13 @@ fn can_see() -> Result<bool> {
     }
 }
 
+fn tiny() -> RenderOptions {
+    RenderOptions::default().with_width(20).with_height(15).with_samples(0)
+}
+
 fn options(frame_stack: u8) -> PixelOptions {
-    let render = RenderOptions::default().with_width(20).with_height(15).with_samples(0);
     PixelOptions::default()
-        .with_render(render)
+        .with_render(tiny())
         .with_frame_stack(NonZeroU8::new(frame_stack).expect("at least one"))
         .with_channels_first(true)
 }
@@ -133,7 +138,6 @@ fn many_environments_show_what_single_ones_do() -> Result {
                         assert_eq!(rows[step], found, "{mode:?}, {env_id}, step {step}");
                     }
                     assert_eq!(batch.pixels().len(), NUM_ENVS * len);
-                    assert_eq!(pictures.array(), pictures.pixels());
                     assert_eq!(batch.reward(), pictures.reward());
                 }
             }
@@ -150,7 +154,7 @@ fn pictures_alone_keep_the_laws_and_so_do_snapshots() -> Result {
     let check = check::CheckOptions::default();
     for stack in [1, 3] {
         // Large enough to show that goals differ.
-        let large = || options(stack).with_render(PixelOptions::default().render().clone());
+        let large = || options(stack).with_render(tiny().with_width(84).with_height(84));
         let alone = || make("FetchPush-v4")?.wrap(PixelsOnly::new(large()));
         let report = check::check_env(alone, &check).and(check::check_snapshots(alone, &check));
         assert!(report.passed(), "{report}");
@@ -183,8 +187,7 @@ fn an_environment_with_pixels_moves_between_threads() -> Result {
         assert_eq!(taken, other?);
     }
     // The wrapper shows what it wraps, also through pointers.
-    let options = options(1).render().clone();
-    let mut renderer = stays.renderer(options)?;
+    let mut renderer = stays.renderer(tiny())?;
     let picture = Box::new(&mut stays).render(&mut renderer)?.to_vec();
     assert_eq!(picture, stays.inner().render(&mut renderer)?);
     Ok(())
@@ -195,9 +198,90 @@ fn a_camera_that_the_model_lacks_is_an_error_at_once() -> Result {
     if !can_see()? {
         return Ok(());
     }
-    let camera = fetch_env::Camera::Named("none".into());
+    let camera = Camera::Named("none".into());
     let options = options(1).with_render(RenderOptions::default().with_camera(camera));
     let error = make("FetchReach-v4")?.wrap(PixelsOnly::new(options)).unwrap_err();
     assert!(matches!(error.downcast_ref(), Some(RenderError::UnknownCamera { .. })), "{error}");
+    Ok(())
+}
+
+#[test]
+fn several_views_show_what_each_shows_alone() -> Result {
+    if !can_see()? {
+        return Ok(());
+    }
+    let gripper = || Camera::Named("gripper_camera_rgb".into());
+    let views = [
+        ("scene", tiny()),
+        ("gripper", tiny().with_camera(gripper()).with_goals_shown(false)),
+        ("large", tiny().with_width(31).with_height(29).with_camera(gripper())),
+    ];
+    let several = |stack| AddRenderObservation::new(options(stack).with_views(views.clone()));
+    let lawful = || make("FetchPush-v4")?.wrap(several(2));
+    let report = check::check_snapshots(lawful, &check::CheckOptions::default());
+    assert!(report.passed(), "{report}");
+    let mut env = lawful()?;
+    let observation = env.reset(Some(0))?.observation;
+    assert!(env.observation_space().contains(&observation.to_value(env.observation_space())?));
+    for stack in [1, 3] {
+        let several = || short()?.wrap(several(stack));
+        let many = (0..NUM_ENVS).map(|_| several()).collect::<std::result::Result<Vec<_>, _>>()?;
+        let mut many = VecEnv::new(many, VecConfig::default().with_num_threads(2))?;
+        many.reset(Some(7))?;
+        for step in 0..LIMIT as usize {
+            many.step(&actions(step))?;
+        }
+        for (key, view) in views.clone() {
+            for env_id in 0..NUM_ENVS {
+                let alone = options(stack).with_render(view.clone());
+                let mut alone = short()?.wrap(AddRenderObservation::new(alone))?;
+                let mut env = several()?;
+                let seed = Some(7 + env_id as u64);
+                let mut shown =
+                    [alone.reset(seed)?, env.reset(seed)?].map(|reset| reset.observation);
+                for step in 0..LIMIT as usize {
+                    assert_eq!(shown[1].pixels.of(key), Some(&*shown[0].pixels), "{key}");
+                    assert_eq!(shown[1].state, shown[0].state);
+                    let action = action(env_id, step);
+                    shown = [alone.step(&action)?, env.step(&action)?].map(|step| step.observation);
+                }
+                let [alone, _] = shown;
+                let rows = many.last_step().pixels_of(key).ok_or("the view's rows")?;
+                assert_eq!(
+                    rows[env_id * alone.pixels.len()..][..alone.pixels.len()],
+                    *alone.pixels
+                );
+            }
+        }
+        assert_eq!(many.last_step().pixels_of("none"), None);
+    }
+    let twice = options(1).with_views([("scene", tiny()), ("scene", tiny())]);
+    let error = short()?.wrap(PixelsOnly::new(twice)).unwrap_err();
+    assert_eq!(error, EnvError::from(SpaceError::DuplicateKey { key: "scene".into() }));
+    Ok(())
+}
+
+#[test]
+fn views_that_share_a_renderer_keep_what_each_shows() -> Result {
+    if !can_see()? {
+        return Ok(());
+    }
+    let mut env = make("FetchPush-v4")?;
+    env.reset(Some(0))?;
+    let large = tiny().with_width(96).with_height(96);
+    let camera = Camera::Named("external_camera_0".into());
+    let options = [large.clone(), large.clone().with_goals_shown(false), large.with_camera(camera)];
+    let alone = |options: &RenderOptions| -> Result<Vec<u8>> {
+        Ok(env.render(&mut env.renderer(options.clone())?)?.to_vec())
+    };
+    let alone = options.iter().map(alone).collect::<Result<Vec<_>>>()?;
+    assert!(alone[0] != alone[1] && alone[0] != alone[2]);
+    let views = options.map(|options| View::new(&env, options).expect("a view"));
+    for _ in 0..2 {
+        for (view, alone) in views.iter().zip(&alone) {
+            let shown = view.draw(&env, |renderer| Ok(env.render(renderer)?.to_vec()))?;
+            assert!(shown == *alone, "{:?}", view.options());
+        }
+    }
     Ok(())
 }

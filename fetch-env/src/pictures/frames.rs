@@ -1,39 +1,59 @@
 //! The pictures of an environment: drawing, stacking and reusing them.
 
-use std::{collections::VecDeque, num::NonZeroU8, sync::Arc};
+use std::{collections::VecDeque, num::NonZeroU8, ops::Range, sync::Arc};
 
 use fetch_sim::RenderOptions;
 use serde::{Deserialize, Serialize};
 
-use super::{pool::RendererPool, render::RenderEnv};
-use crate::gym::spaces::{ImageSpace, Space, error::SpaceError};
-use crate::gym::wrappers::array::{ArrayPool, SharedArray};
+use super::{pixel_rows::Pixels, render::RenderEnv, view::View};
+use crate::gym::spaces::{DictSpace, ImageSpace, Space, error::SpaceError, num_elements};
+use crate::gym::wrappers::array::ArrayPool;
 use crate::gym::{env::Env, error::EnvError};
 
 /// Settings of pictures as observations.
+///
+/// ```
+/// use fetch_env::{Camera, PixelOptions, RenderOptions};
+///
+/// let small = RenderOptions::default().with_width(84).with_height(84).with_samples(0);
+/// let above = Camera::Named("external_camera_0".into());
+/// let options = PixelOptions::default()
+///     .with_views([("scene", small.clone()), ("above", small.with_camera(above))]);
+/// let space = options.space()?;
+/// assert!(space.as_dict().is_some_and(|images| images.get("above").is_some()));
+/// # Ok::<(), fetch_env::spaces::SpaceError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[must_use]
 pub struct PixelOptions {
-    render: RenderOptions,
+    /// What is drawn, by key; one view may have no key.
+    views: Vec<(Option<String>, RenderOptions)>,
     frame_stack: NonZeroU8,
     channels_first: bool,
 }
 
 impl Default for PixelOptions {
     fn default() -> Self {
-        Self {
-            render: RenderOptions::default().with_width(84).with_height(84).with_samples(0),
-            frame_stack: NonZeroU8::MIN,
-            channels_first: false,
-        }
+        let render = RenderOptions::default().with_width(84).with_height(84).with_samples(0);
+        let views = vec![(None, render)];
+        Self { views, frame_stack: NonZeroU8::MIN, channels_first: false }
     }
 }
 
 impl PixelOptions {
-    /// Sets the options of the renderer. The default is 84 x 84 pixels without smooth edges, as
+    /// Shows one view, without a key. The default is 84 x 84 pixels without smooth edges, as
     /// policies use them, from the reference's camera.
     pub fn with_render(mut self, render: RenderOptions) -> Self {
-        self.render = render;
+        self.views = vec![(None, render)];
+        self
+    }
+
+    /// Shows several views, such as those of several cameras, each with its key.
+    pub fn with_views(
+        mut self,
+        views: impl IntoIterator<Item = (impl Into<String>, RenderOptions)>,
+    ) -> Self {
+        self.views = views.into_iter().map(|(key, view)| (Some(key.into()), view)).collect();
         self
     }
 
@@ -52,17 +72,28 @@ impl PixelOptions {
         channels_first: bool;
     }
 
-    /// Returns the options of the renderer.
-    pub const fn render(&self) -> &RenderOptions {
-        &self.render
+    /// Returns the views with their keys, in order.
+    pub fn views(&self) -> impl ExactSizeIterator<Item = (Option<&str>, &RenderOptions)> {
+        self.views.iter().map(|(key, view)| (key.as_deref(), view))
     }
 
-    /// Returns the space of the pictures.
+    /// Returns the space of the pictures: an image, or a dictionary of images if they have keys.
     ///
     /// # Errors
-    /// [`SpaceError::TooLarge`] if they have more than 2^28 bytes.
-    pub fn image_space(&self) -> Result<ImageSpace, SpaceError> {
-        let [width, height] = [self.render.width(), self.render.height()].map(|side| side as usize);
+    /// [`SpaceError::TooLarge`] if a view's pictures have more than 2^28 bytes;
+    /// [`SpaceError::DuplicateKey`] if two views have one key.
+    pub fn space(&self) -> Result<Space, SpaceError> {
+        if let [(None, view)] = &*self.views {
+            return Ok(self.image_space(view)?.into());
+        }
+        let images = self
+            .views()
+            .map(|(key, view)| Ok((key.unwrap_or_default(), self.image_space(view)?.into())));
+        Ok(DictSpace::new(images.collect::<Result<Vec<_>, SpaceError>>()?)?.into())
+    }
+
+    fn image_space(&self, view: &RenderOptions) -> Result<ImageSpace, SpaceError> {
+        let [width, height] = [view.width(), view.height()].map(|side| side as usize);
         let channels = 3 * usize::from(self.frame_stack.get());
         ImageSpace::new(if self.channels_first {
             [channels, height, width]
@@ -72,43 +103,57 @@ impl PixelOptions {
     }
 }
 
+/// The key of each view, and its bytes among those of all.
+pub(super) type Layout = [(Option<String>, Range<usize>)];
+
 /// Draws an environment and stacks the last frames.
 #[derive(Debug)]
 pub(super) struct Pictures {
     options: PixelOptions,
     /// `None` without an environment.
     observation_space: Option<Space>,
-    /// `None` without an environment.
-    renderers: Option<Arc<RendererPool>>,
-    /// The last frames, oldest first.
+    /// Empty without an environment.
+    views: Vec<View>,
+    /// Where each view's pictures are in an observation.
+    layout: Arc<Layout>,
+    /// The last frames, oldest first: of all views, one after another.
     frames: VecDeque<Box<[u8]>>,
     pool: ArrayPool<u8>,
 }
 
 impl Pictures {
     pub(super) fn new(options: PixelOptions) -> Self {
-        let (observation_space, renderers, frames) = (None, None, VecDeque::new());
-        Self { options, observation_space, renderers, frames, pool: ArrayPool::new(0) }
+        let (views, layout, frames) = (Vec::new(), Arc::from([]), VecDeque::new());
+        Self { options, observation_space: None, views, layout, frames, pool: ArrayPool::new(0) }
     }
 
     /// Prepares pictures of `env`. `make_space` makes the space of the observations from those of
     /// the state and of the pictures.
     ///
     /// # Errors
-    /// As [`RenderEnv::renderer`] and `make_space`, and [`SpaceError::TooLarge`] if the pictures
-    /// have more than 2^28 bytes.
+    /// As [`RenderEnv::renderer`], [`PixelOptions::space`] and `make_space`, and
+    /// [`SpaceError::TooLarge`] if the pictures of all views have more than 2^28 bytes.
     pub(super) fn attach<E: RenderEnv>(
         &mut self,
         env: &E,
-        make_space: impl FnOnce(&Space, ImageSpace) -> Result<Space, SpaceError>,
+        make_space: impl FnOnce(&Space, Space) -> Result<Space, SpaceError>,
     ) -> Result<(), EnvError> {
-        let image_space = self.options.image_space()?;
-        let count = usize::from(self.options.frame_stack.get());
-        self.renderers = Some(RendererPool::shared(env, self.options.render.clone())?);
-        let frame = vec![0; image_space.len() / count].into_boxed_slice();
-        self.frames = vec![frame; count].into();
-        self.pool = ArrayPool::new(image_space.len());
-        self.observation_space = Some(make_space(env.observation_space(), image_space)?);
+        let options = &self.options;
+        let space = make_space(env.observation_space(), options.space()?)?;
+        let (mut layout, mut len) = (Vec::new(), 0);
+        for (key, view) in &options.views {
+            let start = len;
+            len += options.image_space(view)?.len();
+            layout.push((key.clone(), start..len));
+        }
+        num_elements(&[len])?;
+        let view = |(_, view): &(_, RenderOptions)| View::new(env, view.clone());
+        self.views = options.views.iter().map(view).collect::<Result<_, _>>()?;
+        self.layout = layout.into();
+        let count = usize::from(options.frame_stack.get());
+        self.frames = vec![vec![0; len / count].into_boxed_slice(); count].into();
+        self.pool = ArrayPool::new(len);
+        self.observation_space = Some(space);
         Ok(())
     }
 
@@ -118,30 +163,37 @@ impl Pictures {
     }
 
     /// Draws the state after a reset into all frames, and stacks them.
-    pub(super) fn first<E: RenderEnv>(&mut self, env: &E) -> Result<SharedArray<u8>, EnvError> {
+    pub(super) fn first<E: RenderEnv>(&mut self, env: &E) -> Result<Pixels, EnvError> {
         self.observe(env, 0)
     }
 
     /// Draws the state after a step into the newest frame, and stacks all frames.
-    pub(super) fn next<E: RenderEnv>(&mut self, env: &E) -> Result<SharedArray<u8>, EnvError> {
+    pub(super) fn next<E: RenderEnv>(&mut self, env: &E) -> Result<Pixels, EnvError> {
         self.frames.rotate_left(1.min(self.frames.len()));
         self.observe(env, self.frames.len().saturating_sub(1))
     }
 
-    fn observe<E: RenderEnv>(
-        &mut self,
-        env: &E,
-        first: usize,
-    ) -> Result<SharedArray<u8>, EnvError> {
-        let renderers = self.renderers.as_ref().ok_or(EnvError::ResetNeeded)?;
-        let frames = &mut self.frames;
-        renderers.render(env, |rgb| {
-            for frame in frames.range_mut(first..) {
-                frame.copy_from_slice(rgb);
+    fn observe<E: RenderEnv>(&mut self, env: &E, first: usize) -> Result<Pixels, EnvError> {
+        let Self { frames, options: PixelOptions { channels_first, .. }, .. } = self;
+        let count = frames.len();
+        for (view, (_, bytes)) in self.views.iter().zip(&*self.layout) {
+            let bytes = bytes.start / count..bytes.end / count;
+            view.draw(env, |renderer| {
+                let rgb = env.render(renderer)?;
+                for frame in frames.range_mut(first..) {
+                    frame[bytes.clone()].copy_from_slice(rgb);
+                }
+                Ok(())
+            })?;
+        }
+        let pixels = self.pool.write(|pixels| {
+            for (_, bytes) in &*self.layout {
+                let part = bytes.start / count..bytes.end / count;
+                let frames = frames.iter().map(|frame| &frame[part.clone()]);
+                stack(frames, *channels_first, &mut pixels[bytes.clone()]);
             }
-        })?;
-        let (frames, channels_first) = (&self.frames, self.options.channels_first);
-        Ok(self.pool.write(|pixels| stack(frames, channels_first, pixels)))
+        });
+        Ok(Pixels::new(pixels, Arc::clone(&self.layout)))
     }
 
     /// Returns the frames that later observations show again: all but the oldest one.
@@ -172,9 +224,13 @@ impl Pictures {
     }
 }
 
-fn stack(frames: &VecDeque<Box<[u8]>>, channels_first: bool, out: &mut [u8]) {
+fn stack<'a>(
+    frames: impl ExactSizeIterator<Item = &'a [u8]>,
+    channels_first: bool,
+    out: &mut [u8],
+) {
     let channels = 3 * frames.len();
-    for (index, frame) in frames.iter().enumerate() {
+    for (index, frame) in frames.enumerate() {
         let (pixels, _) = frame.as_chunks::<3>();
         if channels_first {
             let planes = out.chunks_exact_mut(pixels.len()).skip(3 * index).take(3);

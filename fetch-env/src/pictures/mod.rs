@@ -9,6 +9,8 @@ pub(crate) mod pixel_rows;
 #[cfg(feature = "render")]
 pub(crate) mod pixels;
 #[cfg(feature = "render")]
-pub(crate) mod pool;
+mod pool;
 #[cfg(feature = "render")]
 pub(crate) mod render;
+#[cfg(feature = "render")]
+pub(crate) mod view;

@@ -1,12 +1,12 @@
 //! Observations with pictures, or of pictures alone.
 
 use super::frames::{Pictures, PixelOptions};
+use super::pixel_rows::Pixels;
 use super::render::RenderEnv;
 use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{ActionElement, Reset, Step};
-use crate::gym::spaces::{DictSpace, ImageSpace, Space};
+use crate::gym::spaces::{DictSpace, Space};
 use crate::gym::wrappers::{
-    array::SharedArray,
     macros::keep,
     wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper},
 };
@@ -18,15 +18,15 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// leaves the state out. Each observation owns its pictures, and reuses the memory of dropped
 /// observations.
 ///
-/// All environments with the same model and options share their renderers, one for each thread that
-/// draws at the same time, so that many can be stepped in a [`VecEnv`](crate::VecEnv). The pictures
-/// are the same on any number of threads, to the last byte.
+/// Environments share their renderers, as [`View`](crate::View)s do, so that many can be stepped in a
+/// [`VecEnv`](crate::VecEnv). The pictures are the same on any number of threads, to the last byte.
+///
+/// The key of the pictures is `pixels`: an image, or a dictionary of the images of several views.
 ///
 /// ```
 /// use fetch_env::{AddRenderObservation, Env, EnvExt, PixelOptions, make};
 ///
 /// let options = PixelOptions::default();
-/// assert_eq!(options.image_space()?.shape(), [84, 84, 3]);
 /// let pixels = AddRenderObservation::new(options);
 /// if let Ok(mut env) = make("FetchPush-v4")?.wrap(pixels) {
 ///     let first = env.reset(Some(0))?.observation;
@@ -48,7 +48,7 @@ pub(super) const STATE: &str = "state";
 #[non_exhaustive]
 pub struct PixelObservation<O> {
     /// The pictures.
-    pub pixels: SharedArray<u8>,
+    pub pixels: Pixels,
     /// Observation of the wrapped environment.
     pub state: O,
 }
@@ -57,8 +57,8 @@ impl AddRenderObservation {
     /// Adds pictures as `options` describe them.
     ///
     /// [`wrap`](crate::EnvExt::wrap) returns [`SpaceError::DuplicateKey`] if the observations
-    /// already have the key `pixels`, [`SpaceError::TooLarge`] if the pictures have more than 2^28
-    /// bytes, and a [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
+    /// already have the key `pixels` or two views have one key, [`SpaceError::TooLarge`] if the
+    /// pictures have more than 2^28 bytes, and a [`RenderError`](fetch_sim::RenderError) without OpenGL and for invalid options.
     pub fn new(options: PixelOptions) -> Self {
         Self(Pictures::new(options))
     }
@@ -66,12 +66,12 @@ impl AddRenderObservation {
 
 /// Returns the space of a state with pictures: a dictionary keeps its keys, anything else becomes
 /// `state`.
-fn with_pixels(state: &Space, image: ImageSpace) -> Result<Space, SpaceError> {
+fn with_pixels(state: &Space, pixels: Space) -> Result<Space, SpaceError> {
     let mut spaces: Vec<(String, Space)> = match state {
         Space::Dict(dict) => dict.iter().map(|(key, space)| (key.into(), space.clone())).collect(),
         other => vec![(STATE.into(), other.clone())],
     };
-    spaces.push((PIXELS.into(), image.into()));
+    spaces.push((PIXELS.into(), pixels));
     Ok(DictSpace::new(spaces)?.into())
 }
 
@@ -171,7 +171,7 @@ picture_wrapper!(
     with_pixels,
     |state, pixels| PixelObservation { pixels, state }
 );
-picture_wrapper!(PixelsOnly, SharedArray<u8>, |_, image| Ok(image.into()), |_, pixels| pixels);
+picture_wrapper!(PixelsOnly, Pixels, |_, pixels| Ok(pixels), |_, pixels| pixels);
 
 impl KeepsGoals for AddRenderObservation {}
 

@@ -14,12 +14,13 @@ use super::render::RenderEnv;
 use crate::gym::error::EnvError;
 use crate::shared::Shared;
 
-/// The renderers of all living environments that are drawn with one model and these options.
+/// The renderers of all living environments that are drawn with one model, in one size and with one
+/// number of samples.
 ///
-/// An environment borrows one for each picture. There are as many as have ever drawn at the same
-/// time, at most one for each thread, however many environments there are. Which of them draws a
-/// picture changes no byte of it.
-pub(crate) struct RendererPool {
+/// A picture borrows one of them. There are as many as have ever drawn at the same time, at most
+/// one for each thread, however many environments there are. Which of them draws a picture changes
+/// no byte of it.
+pub(super) struct RendererPool {
     config: SimConfig,
     options: RenderOptions,
     idle: Mutex<Vec<Renderer>>,
@@ -32,20 +33,26 @@ fn lock<T>(list: &Mutex<T>) -> MutexGuard<'_, T> {
     list.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Returns what a renderer cannot change between two pictures.
+fn format(options: &RenderOptions) -> (u32, u32, u8) {
+    (options.width(), options.height(), options.samples())
+}
+
 impl RendererPool {
     /// Returns the pool for pictures of `env`, with at least one renderer.
     ///
     /// # Errors
     /// As [`RenderEnv::renderer`].
-    pub(crate) fn shared<E: RenderEnv>(
+    pub(super) fn shared<E: RenderEnv>(
         env: &E,
-        options: RenderOptions,
+        options: &RenderOptions,
     ) -> Result<Arc<Self>, EnvError> {
-        /// The environments own the pools, so that the last one frees the renderers.
+        /// The views own the pools, so that the last one frees the renderers.
         static POOLS: Shared<RendererPool> = Shared::new();
+        options.check()?;
         Renderer::check_process()?;
         let config = env.sim_config();
-        let fits = |pool: &Self| pool.config == *config && pool.options == options;
+        let fits = |pool: &Self| pool.config == *config && format(&pool.options) == format(options);
         POOLS.get_or_make(fits, || {
             let idle = Mutex::new(vec![env.renderer(options.clone())?]);
             let (config, options, made) = (config.clone(), options.clone(), AtomicUsize::new(1));
@@ -53,12 +60,11 @@ impl RendererPool {
         })
     }
 
-    /// Renders the colors of the environment's state, as [`RenderEnv::render`] does, and calls
-    /// `look` with them.
-    pub(crate) fn render<E: RenderEnv, T>(
+    /// Calls `draw` with a renderer that nobody else uses meanwhile. Without one `env` makes it.
+    pub(super) fn lend<E: RenderEnv, T>(
         &self,
         env: &E,
-        look: impl FnOnce(&[u8]) -> T,
+        draw: impl FnOnce(&mut Renderer) -> Result<T, EnvError>,
     ) -> Result<T, EnvError> {
         Renderer::check_process()?;
         let idle = lock(&self.idle).pop();
@@ -71,12 +77,12 @@ impl RendererPool {
                 renderer
             }
         };
-        let seen = env.render(&mut renderer).map(look);
-        let failure = seen.as_ref().err().and_then(EnvError::downcast_ref);
+        let drawn = draw(&mut renderer);
+        let failure = drawn.as_ref().err().and_then(EnvError::downcast_ref);
         if !matches!(failure, Some(RenderError::Failed { .. })) {
             lock(&self.idle).push(renderer);
         }
-        seen
+        drawn
     }
 }
 
@@ -91,24 +97,26 @@ mod tests {
     use std::thread;
 
     use super::*;
-    use crate::fetch::make::make;
+    use crate::fetch::make::{MujocoEnv, make};
     use crate::gym::env::Env;
 
     #[test]
     fn there_is_a_renderer_for_each_thread_and_none_after_the_last_environment() {
-        let options = || RenderOptions::default().with_width(19).with_height(17).with_samples(0);
+        let options = RenderOptions::default().with_width(19).with_height(17).with_samples(0);
         let envs = ["FetchPush-v4", "FetchReach-v4"].map(|id| make(id).expect("MuJoCo"));
-        let Ok(push) = RendererPool::shared(&envs[0], options()) else { return };
-        let pool = |index: usize| RendererPool::shared(&envs[index], options()).expect("a pool");
+        let Ok(push) = RendererPool::shared(&envs[0], &options) else { return };
+        let pool = |index: usize| RendererPool::shared(&envs[index], &options).expect("a pool");
         let num_idle = || lock(&push.idle).len();
         assert!((0..1000).all(|_| Arc::ptr_eq(&push, &pool(0))));
         assert!(!Arc::ptr_eq(&push, &pool(1)));
         assert_eq!(num_idle(), 1);
         let draw = || {
             let mut env = make("FetchPush-v4").expect("MuJoCo");
-            assert!(push.render(&env, |_| ()).is_err(), "before a reset");
+            let render =
+                |env: &MujocoEnv| push.lend(env, |renderer| env.render(renderer).map(|_| ()));
+            assert!(render(&env).is_err(), "before a reset");
             env.reset(Some(0)).expect("a reset");
-            (0..50).for_each(|_| push.render(&env, |_| ()).expect("a picture"));
+            (0..50).for_each(|_| render(&env).expect("a picture"));
         };
         draw();
         thread::scope(|scope| (0..3).for_each(|_| drop(scope.spawn(draw))));

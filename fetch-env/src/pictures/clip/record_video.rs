@@ -21,7 +21,7 @@ use crate::gym::wrappers::{
     wrapped::Wrapped,
     wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper},
 };
-use crate::pictures::{pool::RendererPool, render::RenderEnv};
+use crate::pictures::{render::RenderEnv, view::View};
 
 /// Records some episodes as videos.
 ///
@@ -59,7 +59,7 @@ pub struct RecordVideo {
     format: VideoFormat,
     render: RenderOptions,
     /// `None` without an environment.
-    renderers: Option<Arc<RendererPool>>,
+    view: Option<View>,
     /// The number of episodes that have begun.
     num_episodes: u64,
     /// The frames of this episode; `None` if it is not recorded, or no longer.
@@ -80,7 +80,7 @@ impl RecordVideo {
             max_frames: None,
             format: VideoFormat::default(),
             render: RenderOptions::default(),
-            renderers: None,
+            view: None,
             num_episodes: 0,
             clip: None,
         }
@@ -220,8 +220,9 @@ impl RecordVideo {
     /// Adds the current state to the video.
     fn record(&mut self, env: &impl RenderEnv) -> Result<(), EnvError> {
         let Some(mut clip) = self.clip.take() else { return Ok(()) };
-        let renderers = self.renderers.as_ref().ok_or(EnvError::ResetNeeded)?;
-        renderers.render(env, |rgb| clip.push(rgb))?.map_err(|error| self.invalid(&error))?;
+        let view = self.view.as_ref().ok_or(EnvError::ResetNeeded)?;
+        view.draw(env, |renderer| Ok(clip.push(env.render(renderer)?)))?
+            .map_err(|error| self.invalid(&error))?;
         let is_full = self.max_frames.is_some_and(|max| clip.frames().len() >= max.get() as usize);
         self.clip = Some(clip);
         if is_full { self.finish() } else { Ok(()) }
@@ -270,10 +271,10 @@ impl<E: RenderEnv> Wrapper<E> for RecordVideo {
 
     fn attach(&mut self, env: &E) -> Result<(), EnvError> {
         self.check()?;
-        let renderers = RendererPool::shared(env, self.render.clone())?;
+        let view = View::new(env, self.render.clone())?;
         let folder = &self.folder;
         fs::create_dir_all(folder).map_err(|error| unwritten(folder, &error))?;
-        (self.renderers, self.num_episodes, self.clip) = (Some(renderers), 0, None);
+        (self.view, self.num_episodes, self.clip) = (Some(view), 0, None);
         Ok(())
     }
 
