@@ -4,11 +4,11 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use fetch_env::{Env as _, FetchObservation, Info, MovingGoal, SnapshotEnv, Step};
 use fetch_sim::scene_files;
-use numpy::{PyArray1, PyArray2, PyArray3};
+use numpy::{PyArray1, PyArray2};
 use pyo3::{
     IntoPyObjectExt,
     prelude::*,
-    types::{PyBytes, PyDict},
+    types::{PyBytes, PyDict, PyMapping},
 };
 
 use crate::arrays::{self, Numbers, Settled};
@@ -16,7 +16,7 @@ use crate::config::{Config, GOAL_LEN};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
-use crate::pictures::Pictures;
+use crate::pictures::{Asked, Pictures, camera_names};
 use crate::reset::{reset_options, seed};
 use crate::task::{self, OwnTask, Simulated};
 use crate::variation::varied;
@@ -48,10 +48,13 @@ impl Env {
         config: &Config,
         width: Integer<u32>,
         height: Integer<u32>,
+        camera_name: Option<String>,
+        default_camera: Option<&Bound<'_, PyMapping>>,
     ) -> Result<Self> {
-        let pictures = Pictures::new(width.0, height.0)?;
         let own = config.own(false);
         let env = simulate(py, || task::make(config.config.clone(), own.as_ref()))?;
+        let size = [width, height];
+        let pictures = Pictures::new(env.simulator(), size, camera_name, default_camera)?;
         let parts = Exclusive::new(Parts { env: Some(env), pictures });
         Ok(Self { parts, task: config.task.clone() })
     }
@@ -203,18 +206,27 @@ impl Env {
         Ok(dict)
     }
 
-    /// The colors of the current state, height x width x 3, the top row first.
-    fn render_rgb<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray3<u8>>> {
-        let mut parts = self.parts.lock(py)?;
-        let (env, pictures) = parts.drawn()?;
-        pictures.rgb(py, env)
+    /// The names of the model's cameras.
+    fn camera_names(&self, py: Python<'_>) -> Result<Vec<String>> {
+        Ok(camera_names(self.parts.lock(py)?.env()?.simulator()))
     }
 
-    /// Distances from the camera, height x width, in meters.
-    fn render_depth<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
-        let mut parts = self.parts.lock(py)?;
-        let (env, pictures) = parts.drawn()?;
-        pictures.depth(py, env)
+    /// A picture of the current state.
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
+    fn draw<'py>(
+        &self,
+        py: Python<'py>,
+        width: Option<Integer<u32>>,
+        height: Option<Integer<u32>>,
+        camera: Option<&Bound<'py, PyAny>>,
+        kind: &str,
+        marker: bool,
+        samples: Integer<u8>,
+    ) -> Result<Bound<'py, PyAny>> {
+        let asked = Asked { width, height, camera, kind, marker, samples };
+        let Parts { env, pictures } = &mut *self.parts.lock(py)?;
+        let env = env.as_ref().ok_or_else(Error::closed)?;
+        pictures.draw(py, &[env], &[], &asked)
     }
 
     /// Frees the simulation and the renderer, after a call that is under way. Later calls raise an
@@ -244,12 +256,5 @@ impl Env {
 impl Parts {
     fn env(&mut self) -> Result<&mut Simulated> {
         self.env.as_mut().ok_or_else(Error::closed)
-    }
-
-    /// Returns the environment, in which an episode has begun, and the renderer.
-    fn drawn(&mut self) -> Result<(&Simulated, &mut Pictures)> {
-        let env = self.env.as_ref().ok_or_else(Error::closed)?;
-        env.observe()?;
-        Ok((env, &mut self.pictures))
     }
 }

@@ -254,7 +254,9 @@ impl From<SimError> for Error {
 impl From<RenderError> for Error {
     fn from(error: RenderError) -> Self {
         match error {
-            RenderError::Size { .. } => Self::value(error),
+            RenderError::Size { .. }
+            | RenderError::UnknownCamera { .. }
+            | RenderError::FreeCamera { .. } => Self::value(error),
             RenderError::Sim(error) => error.into(),
             RenderError::Forked => Self::runtime(format_args!("{error}, or {SPAWN}")),
             RenderError::Failed { message } => {

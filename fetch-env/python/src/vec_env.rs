@@ -6,10 +6,10 @@ use fetch_env::{
     ActionSpace, BoxSpace, EnvError, FetchResetOptions, MovingGoal, make_vec_while,
     vec_env::{self, AutoresetMode, VecConfig, VecReset},
 };
-use numpy::{PyArray1, PyArray3};
+use numpy::PyArray1;
 use pyo3::{
     prelude::*,
-    types::{PyBytes, PyDict},
+    types::{PyBytes, PyDict, PyMapping},
 };
 
 use crate::arrays::{self, Numbers, Settled};
@@ -18,7 +18,7 @@ use crate::episode_options::EpisodeOptions;
 use crate::error::{Error, Result};
 use crate::exclusive::{Exclusive, Guard};
 use crate::integer::Integer;
-use crate::pictures::Pictures;
+use crate::pictures::{Asked, Pictures, camera_names};
 use crate::reset::{options_of_each, seed};
 use crate::results::{StepTuple, Steps, observations, results, row};
 use crate::signals::Signals;
@@ -64,9 +64,10 @@ impl VecEnv {
         autoreset: &str,
         width: Integer<u32>,
         height: Integer<u32>,
+        camera_name: Option<String>,
+        default_camera: Option<&Bound<'_, PyMapping>>,
         episode_options: Option<Py<PyAny>>,
     ) -> Result<Self> {
-        let pictures = Pictures::new(width.0, height.0)?;
         let autoreset = match autoreset {
             "NextStep" => AutoresetMode::NextStep,
             "SameStep" => AutoresetMode::SameStep,
@@ -85,6 +86,8 @@ impl VecEnv {
         });
         signals.finish()?;
         let mut envs = envs?;
+        let simulator = env(&envs, 0)?.inner().simulator();
+        let pictures = Pictures::new(simulator, [width, height], camera_name, default_camera)?;
         let task = own.as_ref().map(|own| Arc::clone(&own.task));
         let episode_options = episode_options.map(|function| EpisodeOptions::new(function, task));
         if let Some(options) = episode_options.clone() {
@@ -261,26 +264,29 @@ impl VecEnv {
         Ok(observations(py, envs.last_step())?)
     }
 
-    /// The colors of an environment's state, height x width x 3, the top row first.
-    fn render_rgb<'py>(
-        &self,
-        py: Python<'py>,
-        env_index: usize,
-    ) -> Result<Bound<'py, PyArray3<u8>>> {
-        let mut parts = self.lock(py)?;
-        let (env, pictures) = parts.drawn(env_index)?;
-        pictures.rgb(py, env)
+    /// The names of the model's cameras.
+    fn camera_names(&self, py: Python<'_>) -> Result<Vec<String>> {
+        Ok(camera_names(self.lock(py)?.env(0)?.inner().simulator()))
     }
 
-    /// Distances from the camera, height x width, in meters.
-    fn render_depth<'py>(
+    /// Pictures of all environments.
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
+    fn draw<'py>(
         &self,
         py: Python<'py>,
-        env_index: usize,
-    ) -> Result<Bound<'py, numpy::PyArray2<f32>>> {
-        let mut parts = self.lock(py)?;
-        let (env, pictures) = parts.drawn(env_index)?;
-        pictures.depth(py, env)
+        width: Option<Integer<u32>>,
+        height: Option<Integer<u32>>,
+        camera: Option<&Bound<'py, PyAny>>,
+        kind: &str,
+        marker: bool,
+        samples: Integer<u8>,
+    ) -> Result<Bound<'py, PyAny>> {
+        let asked = Asked { width, height, camera, kind, marker, samples };
+        let Parts { envs, pictures, .. } = &mut *self.lock(py)?;
+        let envs = envs.as_ref().ok_or_else(Error::closed)?;
+        let num_envs = envs.num_envs();
+        let all: Vec<_> = (0..num_envs).map(|index| env(envs, index)).collect::<Result<_>>()?;
+        pictures.draw(py, &all, &[num_envs], &asked)
     }
 
     /// Ends the threads and frees the simulations, after a call that is under way. Later calls
@@ -340,13 +346,6 @@ impl Parts {
 
     fn env(&mut self, env_index: usize) -> Result<&Limited> {
         env(self.envs()?, env_index)
-    }
-
-    /// Returns an environment in which an episode has begun, and the renderer.
-    fn drawn(&mut self, env_index: usize) -> Result<(&Limited, &mut Pictures)> {
-        let env = env(self.envs.as_ref().ok_or_else(Error::closed)?, env_index)?;
-        env.inner().observe()?;
-        Ok((env, &mut self.pictures))
     }
 }
 

@@ -206,7 +206,4 @@ class Attributes(GoalRewards):
     max_episode_steps = absent("pass it to gymnasium.make, or use gymnasium.wrappers.TimeLimit")
     sim = absent(HAS_NO_SIMULATION)
     viewer = absent(HAS_NO_SIMULATION)
-    mujoco_renderer = absent(
-        "use render(), or draw copies: gymnasium's MujocoRenderer(env.model, env.data)"
-    )
     initial_time = absent(HAS_NO_SIMULATION)

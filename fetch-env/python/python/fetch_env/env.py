@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import gymnasium
@@ -11,11 +12,14 @@ from gymnasium.utils import seeding
 from . import _native, spaces
 from .attributes import IS_NEVER_CALLED, Hook, attribute, constant, setting
 from .made import RENDER_MODES, MadeFromSettings
+from .mujoco_renderer import MujocoRenderer
 from .numbering import StepNumbers
 from .settings import make_config
 from .simulation import Simulated
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
     from typing_extensions import Unpack
 
@@ -66,6 +70,10 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
             also takes ``"human"``, and shows a window through pygame.
         width: Width of pictures in pixels, 1 to 4096.
         height: Height of pictures in pixels, 1 to 4096.
+        camera_name: The camera of pictures, one of :attr:`camera_names`.
+        default_camera_config: ``distance`` (meters), ``azimuth``, ``elevation`` (degrees) and
+            ``lookat`` (x, y, z in meters) of the camera ``"free"``, which draws unless
+            ``camera_name`` says otherwise. What is left out is the reference's.
         episode_options: A function that returns the options of each :meth:`reset` without any, or
             ``None``. It takes 0, and the number of resets before; see :class:`FetchVectorEnv`.
         **settings: See :class:`fetch_env.Settings`.
@@ -92,13 +100,15 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
                 message = f"{cls.__name__} defines {name}: {IS_NEVER_CALLED}"
                 raise TypeError(message)
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self,
         env_id: str,
         *,
         render_mode: str | None = None,
         width: int = 480,
         height: int = 480,
+        camera_name: str | None = None,
+        default_camera_config: Mapping[str, Any] | None = None,
         episode_options: EpisodeOptions | None = None,
         **settings: Unpack[Settings],
     ) -> None:
@@ -111,14 +121,21 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
             raise TypeError(message)
         self._episode_options = episode_options
         self._num_episodes = 0
-        self._make_from(env_id, settings, render_mode, (width, height))
+        picture = (width, height, camera_name, default_camera_config)
+        self._make_from(env_id, settings, render_mode, picture)
         self.action_space = spaces.action_space()  # type: ignore[assignment]
         self.observation_space = spaces.observation_space(self._config)  # type: ignore[assignment]
 
     def _make(self) -> None:
         self._config = make_config(self._env_id, **self._settings)
-        self._native = _native.Env(self._config, *self._size)
+        width, height, camera_name, default_camera = self._picture
+        self._native = _native.Env(self._config, *self._picture)
         self._model: Any = None
+        camera_id = self.camera_names.index(camera_name or "free") - 1
+        # A weak reference, with which the environment is freed once nobody else uses it.
+        self._renderer = MujocoRenderer(
+            weakref.proxy(self), width, height, camera_id, default_camera
+        )
 
     def _change(self, name: str, value: Any) -> None:
         if name == "goal":
@@ -203,7 +220,7 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
             gymnasium.error.ResetNeeded: Before a reset.
         """
         if self.render_mode is not None:
-            return self._draw()
+            return self._renderer.render(self.render_mode)  # type: ignore[no-any-return]
         gymnasium.logger.warn(
             "render() needs a mode: make the environment with render_mode='rgb_array'"
         )
@@ -248,6 +265,11 @@ class FetchEnv(MadeFromSettings, Simulated, gymnasium.Env[Observation, "NDArray[
     def variation(self) -> dict[str, float]:
         """The factors that were drawn or set for the episode, by name."""
         return self._native.variation()
+
+    @attribute("assign its camera_id or default_cam_config, or use draw()")
+    def mujoco_renderer(self) -> MujocoRenderer:
+        """What draws for :meth:`render`, with the names of Gymnasium's."""
+        return self._renderer
 
     @property
     def _np_random(self) -> np.random.Generator | None:  # type: ignore[override]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import operator
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,12 +12,12 @@ from gymnasium.vector.utils import batch_space
 from . import _native, spaces
 from .attributes import Attribute, Attributes, absent, constant
 from .env import FetchEnv, Observation, generator, seed_of
-from .made import MadeFromSettings
+from .made import RENDER_MODES, MadeFromSettings
 from .rewards import TIME_LIMIT
 from .settings import make_config
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
     from typing_extensions import Unpack
@@ -68,6 +67,8 @@ class FetchVectorEnv(
         render_mode: ``"rgb_array"`` or ``"depth_array"`` to use :meth:`render`.
         width: Width of pictures in pixels, 1 to 4096.
         height: Height of pictures in pixels, 1 to 4096.
+        camera_name: As of :class:`fetch_env.FetchEnv`.
+        default_camera_config: As of :class:`fetch_env.FetchEnv`.
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
@@ -93,6 +94,8 @@ class FetchVectorEnv(
         render_mode: str | None = None,
         width: int = 480,
         height: int = 480,
+        camera_name: str | None = None,
+        default_camera_config: Mapping[str, Any] | None = None,
         **settings: Unpack[Settings],
     ) -> None:
         """Create the environments; see the class."""
@@ -102,7 +105,8 @@ class FetchVectorEnv(
         self._num_threads = num_threads
         self._max_episode_steps = max_episode_steps
         self._episode_options = episode_options
-        self._make_from(env_id, settings, render_mode, (width, height))
+        picture = (width, height, camera_name, default_camera_config)
+        self._make_from(env_id, settings, render_mode, picture)
         self.single_action_space = spaces.action_space()
         self.single_observation_space = spaces.observation_space(self._config)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -117,7 +121,7 @@ class FetchVectorEnv(
             self.num_envs,
             self._num_threads or 0,
             self.autoreset_mode.value,
-            *self._size,
+            *self._picture,
             self._episode_options,
         )
 
@@ -131,6 +135,7 @@ class FetchVectorEnv(
         )
         raise AttributeError(message)
 
+    mujoco_renderer = absent("use draw()")
     goal = absent('each has its own: use get_attr("goal"), and set_attr("goal", goals)')
 
     @property
@@ -207,10 +212,7 @@ class FetchVectorEnv(
         """
         if self.render_mode is None:
             return None
-        return tuple(self._draw(env_index) for env_index in range(self.num_envs))
-
-    def _draw_if_asked(self, env_index: int) -> NDArray[Any] | None:
-        return None if self.render_mode is None else self._draw(env_index)
+        return tuple(self.draw(kind=RENDER_MODES[self.render_mode]))
 
     def _attribute(self, env_index: int, name: str) -> Any:
         """Return an attribute of an environment; a method is not yet called."""
@@ -224,7 +226,7 @@ class FetchVectorEnv(
         if name == "np_random_seed":
             return seed_of(self._native.random(env_index))
         if name == "render":
-            return partial(self._draw_if_asked, env_index)
+            return lambda: self.call(name)[env_index]
         if name not in COMMON:
             message = (
                 f"the environments are not Python objects, and have no {name!r}: use the vector, "
@@ -243,6 +245,8 @@ class FetchVectorEnv(
         Raises:
             AttributeError: If they have no such attribute.
         """
+        if name == "render":
+            return self.render() or (None,) * self.num_envs
         values = [self._attribute(env_index, name) for env_index in range(self.num_envs)]
         return tuple(value(*args, **kwargs) if callable(value) else value for value in values)
 
