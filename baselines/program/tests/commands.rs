@@ -35,13 +35,18 @@ fn figures_are_written_with_opengl_and_without() -> Result {
 #[test]
 fn curves_of_robustness_do_not_depend_on_the_threads() -> Result {
     let folder = tempfile::tempdir()?;
+    let runs = folder.path().join("runs");
+    let train = "train --seeds 2 --steps 100 --target 2 --set hidden=[8,8] --set \
+                 evaluation_episodes=1 --out";
+    output_of(fetch(train).arg(&runs))?;
+    let runs = runs.display().to_string();
     let measure = |threads: usize| -> Result<_> {
         let [csv, json] = ["csv", "json"].map(|ending| folder.path().join(format!("r.{ending}")));
         let table = output_of(
             fetch(&format!(
-                "robustness --env-id FetchReach-v4 --policy scripted,zero --episodes 5 --threads \
+                "robustness --env-id FetchReach-v4 --policy scripted,{runs} --episodes 5 --threads \
                  {threads} --factor observation_noise=0,0.5 --factor gravity=5 --with action_delay=1 \
-                 --pair action_noise=0,1 action_scale=0,1,2 --mean"
+                 --pair action_noise=0,1 action_scale=0,1,2"
             ))
             .arg("--out")
             .arg(folder.path())
@@ -60,14 +65,12 @@ fn curves_of_robustness_do_not_depend_on_the_threads() -> Result {
     let (table, csv, json, files) = measure(1)?;
     assert_eq!(measure(3)?, (table.clone(), csv.clone(), json.clone(), files.clone()));
     let page = String::from_utf8(files.last().ok_or("a page")?.clone())?;
-    for part in ["<h2 id=\"gravity\">gravity</h2>", "mean of 2 policies", "data:image/svg+xml"] {
+    for part in ["<h2 id=\"gravity\">gravity</h2>", "runs, mean of 2 runs", "data:image/svg+xml"] {
         assert!(page.contains(part), "{part}");
     }
-    // Two policies, of which one always fails.
-    assert!(table.contains("| 0 | 0.50 ("), "{table}");
     assert!(table.contains("| action_noise \\ action_scale | 0 | 1 | 2 |"), "{table}");
-    // A line for each policy and value, and one with the columns.
-    assert_eq!(csv.lines().count(), 1 + 2 * 3);
+    // A line for each policy and value, also of each run, and one with the columns.
+    assert_eq!(csv.lines().count(), 1 + 4 * 3);
     assert!(csv.contains("\nscripted,observation_noise,0,1,"), "{csv}");
     let results = json["results"].as_array().ok_or("results")?;
     let value = |name: &str| {
@@ -75,6 +78,12 @@ fn curves_of_robustness_do_not_depend_on_the_threads() -> Result {
         result.and_then(|result| result["value"].as_f64()).ok_or_else(|| name.to_owned())
     };
     assert_eq!(value("robustness/scripted/observation_noise/0/success_rate")?, 1.0);
+    let distances = csv.lines().filter(|line| line.contains(",observation_noise,0,"));
+    let distances: Vec<f64> =
+        distances.filter_map(|line| line.rsplit(',').next()?.parse().ok()).collect();
+    let [_, one, other, mean] = distances[..] else { return Err("four policies".into()) };
+    assert_ne!(one, other);
+    assert!((mean - (one + other) / 2.0).abs() < 1e-12, "{mean}");
     let pair = |scale: u8| format!("robustness/scripted/action_noise=0/action_scale={scale}");
     assert_eq!(value(&format!("{}/success_rate", pair(1)))?, 1.0);
     assert!(value(&format!("{}/success_any_rate", pair(0)))? < 1.0, "it cannot move");

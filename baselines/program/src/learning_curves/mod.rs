@@ -13,6 +13,7 @@ use baselines::runs::{Group, RunDescription, RunFolder};
 
 use self::drawing::Curves;
 use crate::figures::save;
+use crate::shared::folders::{entries, runs_in};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -37,9 +38,8 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         }
     }
     for folder in &args.runs {
-        let found = runs_below(folder)?;
-        ensure!(!found.is_empty(), "{} has no run: pass a folder of `train`", folder.display());
-        for run in found {
+        for run in runs_in(folder)? {
+            let run = RunFolder::open(run)?;
             let (description, lines) = (run.description(), run.read_curve()?);
             let name = description.group();
             if let Some(other) = runs.insert(name.clone(), description.clone()) {
@@ -85,23 +85,4 @@ fn begin(folder: &Path, name: &str) -> anyhow::Result<Group> {
         );
     }
     Ok(Group::new(name)?)
-}
-
-/// Returns the entries of a folder, sorted by name.
-fn entries(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let entries = fs::read_dir(folder)
-        .with_context(|| format!("cannot read the folder {}", folder.display()))?;
-    let mut paths =
-        entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, std::io::Error>>()?;
-    paths.sort();
-    Ok(paths)
-}
-
-/// Returns the run in a folder, or the runs in its subfolders.
-fn runs_below(folder: &Path) -> anyhow::Result<Vec<RunFolder>> {
-    if RunFolder::is_run(folder) {
-        return Ok(vec![RunFolder::open(folder)?]);
-    }
-    let runs = entries(folder)?.into_iter().filter(|path| RunFolder::is_run(path));
-    runs.map(|path| Ok(RunFolder::open(path)?)).collect()
 }

@@ -9,7 +9,7 @@ use goal_reward::RewardKind;
 use indicatif::ProgressBar;
 use rayon::ThreadPool;
 
-use super::measured::TIMES;
+use super::measured::{Measured, TIMES};
 use super::output::{rates, sums};
 use crate::shared::{episodes::EpisodeArgs, json::Metric, progress};
 
@@ -194,7 +194,8 @@ impl Runner<'_> {
     }
 
     fn keep(&mut self, name: &str, summary: &Summary) {
-        self.figures.extend(rates(&format!("robustness/book/{name}"), summary));
+        let both = [summary.success_rate, summary.success_any_rate];
+        self.figures.extend(rates(&format!("robustness/book/{name}"), both));
     }
 
     /// Prints a table: its title, the heads of its columns, and a name and cells for each row.
@@ -229,8 +230,11 @@ impl Runner<'_> {
         if sweep.summary.is_empty() {
             return Ok(());
         }
-        let [end, any] = TIMES.map(|(name, at)| format!("at {name} {}", sums(&curve, at)));
-        let line = format!("The book: {}. Here: {any}; {end}.\n", sweep.summary);
+        let policy = (*policy).to_owned();
+        let measured = Measured { policy: policy.clone(), curves: vec![(policy, curve)] };
+        let sum = |(name, at)| anyhow::Ok(format!("at {name} {}", sums(&measured, at)?));
+        let [end, any] = TIMES.map(sum);
+        let line = format!("The book: {}. Here: {}; {}.\n", sweep.summary, any?, end?);
         self.bar.suspend(|| say!("{line}"))
     }
 

@@ -1,6 +1,6 @@
 //! The pictures of the curves, and the heat maps of pairs of factors.
 
-use baselines::Summary;
+use baselines::Estimate;
 use fetch_env::EnvId;
 use plotters::prelude::*;
 
@@ -71,14 +71,12 @@ pub fn heat_map(env_id: EnvId, episodes: usize, pair: &Pair) -> HeatMap {
     let labels = |factor: &str, values: &[f64]| -> Vec<Vec<String>> {
         values.iter().map(|value| vec![format!("{factor} {value}")]).collect()
     };
-    let cell = |summary: &Summary| {
-        (summary.success_rate, format!("at any time {:.2}", summary.success_any_rate.value))
-    };
+    let cell = |[end, any]: [Estimate; 2]| (end, format!("at any time {:.2}", any.value));
     HeatMap {
-        title: format!("{env_id}, {}: success rate at the end", pair.policy),
+        title: format!("{env_id}, {}: success rate at the end", pair.rows[0].policy),
         fixed: format!("{episodes} episodes for each cell, with 95 % intervals"),
         row_labels: labels(&rows.factor, &rows.values),
         column_labels: labels(&columns.factor, &columns.values),
-        cells: pair.cells.iter().map(cell).collect(),
+        cells: pair.cells().map(cell).collect(),
     }
 }

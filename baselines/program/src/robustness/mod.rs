@@ -12,7 +12,6 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use baselines::Summary;
 use baselines::robustness::RobustnessCurve;
 use fetch_env::{EnvId, FetchConfig, variation::Variation};
 use serde::Serialize;
@@ -25,6 +24,7 @@ use self::{
 use crate::figures::save;
 use crate::output::usage;
 use crate::shared::{
+    choice::policies_of,
     episodes::{EpisodeArgs, check_variation},
     json::{write_results, write_text},
     progress,
@@ -36,7 +36,8 @@ pub struct Args {
     #[arg(long, value_name = "ID", default_value = "FetchPush-v4")]
     env_id: EnvId,
     /// Policies, separated by commas: random, proportional (or proportional=GAIN), scripted,
-    /// trained, robust, zero, or files of trained ones
+    /// trained, robust, zero, files of trained ones, or folders of runs, such as those of several
+    /// seeds, which give the mean over their policies
     #[arg(long, value_delimiter = ',', default_value = "trained")]
     policy: Vec<String>,
     /// Factor to sweep, and its values, such as observation_noise=0,0.01,0.02 or object_mass=1,2,4;
@@ -53,13 +54,10 @@ pub struct Args {
     /// All tables of a book on these tasks, chapters 6 to 8, that need no training
     #[arg(
         long,
-        conflicts_with_all = ["env_id", "policy", "factor", "pair", "with", "mean", "out", "csv"]
+        conflicts_with_all = ["env_id", "policy", "factor", "pair", "with", "out", "csv"]
     )]
     #[serde(skip)]
     book: bool,
-    /// Also show the mean over the policies, such as several training seeds
-    #[arg(long)]
-    mean: bool,
     #[command(flatten)]
     #[serde(flatten)]
     episodes: EpisodeArgs,
@@ -77,9 +75,6 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// The values of two factors.
-type Cell<'a> = [(&'a str, f64); 2];
-
 impl Args {
     /// Returns the settings of the environment in which factors have values.
     fn config(&self, values: &[(&str, f64)]) -> anyhow::Result<FetchConfig> {
@@ -96,56 +91,64 @@ impl Args {
         Ok(self.episodes.config(self.env_id).with_variation(variation))
     }
 
-    /// Returns the pairs of factors, each with the values of both in all cells, row after row.
-    fn pairs(&self) -> impl Iterator<Item = ([&Values; 2], Vec<Cell<'_>>)> {
-        self.pair.chunks_exact(2).map(|pair| {
-            let factors = [&pair[0], &pair[1]];
-            let [rows, columns] = factors.map(|Values { factor, values }| {
-                values.iter().map(move |&value| (factor.as_str(), value))
-            });
-            let cells = rows.flat_map(|row| columns.clone().map(move |column| [row, column]));
-            (factors, cells.collect())
-        })
+    /// Returns the factors of the rows and of the columns of each pair.
+    fn pairs(&self) -> impl Iterator<Item = [&Values; 2]> {
+        self.pair.chunks_exact(2).map(|pair| [&pair[0], &pair[1]])
     }
 
-    /// Checks all values before any episode runs, and returns the number of evaluations.
+    /// Checks all values before any episode runs, and returns the number of evaluations of a policy.
     fn check(&self) -> anyhow::Result<usize> {
         let mut count = 0_usize;
         let mut check = |values: &[(&str, f64)]| {
-            count += self.policy.len();
+            count += 1;
             check_variation(&self.config(values).map_err(usage)?)
         };
-        for Values { factor, values } in &self.factor {
-            values.iter().try_for_each(|&value| check(&[(factor.as_str(), value)]))?;
+        for factor in &self.factor {
+            factor.each().try_for_each(|value| check(&[value]))?;
         }
-        self.pairs().flat_map(|(_, cells)| cells).try_for_each(|cell| check(&cell))?;
+        for [rows, columns] in self.pairs() {
+            let mut cells =
+                rows.each().flat_map(|row| columns.each().map(move |column| [row, column]));
+            cells.try_for_each(|cell| check(&cell))?;
+        }
         Ok(count)
     }
 
     /// Measures all curves and pairs.
     fn measure(&self) -> anyhow::Result<(Vec<Measured>, Vec<Pair>)> {
         let evaluations = self.check()?;
+        let policies = self.policy.iter().map(|policy| Ok((policy, policies_of(policy)?)));
+        let policies: Vec<_> = policies.collect::<anyhow::Result<_>>()?;
+        let evaluations = evaluations * policies.iter().map(|(_, each)| each.len()).sum::<usize>();
         let run = &self.episodes;
         let threads = run.threads()?;
         let bar = progress::bar(run.episodes.get().saturating_mul(evaluations), "episodes");
-        let evaluate = |values: &[(&str, f64)], policy: &str| {
-            run.evaluate(&self.config(values)?, policy, &threads, &bar)
+        let sweep = |(policy, each): &(&String, Vec<String>),
+                     Values { factor, values }: &Values,
+                     fixed: Option<(&str, f64)>| {
+            let curve = |policy: &String| {
+                let curve = RobustnessCurve::measure(factor, values, |value| {
+                    let values: Vec<_> =
+                        fixed.into_iter().chain([(factor.as_str(), value)]).collect();
+                    run.evaluate(&self.config(&values)?, policy, &threads, &bar)
+                });
+                anyhow::Ok((policy.clone(), curve?))
+            };
+            let curves = each.iter().map(curve).collect::<anyhow::Result<_>>()?;
+            anyhow::Ok(Measured { policy: policy.to_string(), curves })
         };
         let (mut curves, mut pairs) = (Vec::new(), Vec::new());
-        for Values { factor, values } in &self.factor {
-            for policy in &self.policy {
-                let curve = RobustnessCurve::measure(factor, values, |value| {
-                    evaluate(&[(factor.as_str(), value)], policy)
-                })?;
-                curves.push(Measured { policy: policy.clone(), curve });
+        for factor in &self.factor {
+            for policy in &policies {
+                curves.push(sweep(policy, factor, None)?);
             }
         }
-        for (factors, cells) in self.pairs() {
-            for policy in &self.policy {
-                let summary = |cell: &Cell<'_>| Ok(evaluate(cell, policy)?.summary()?);
-                let cells = cells.iter().map(summary).collect::<anyhow::Result<Vec<Summary>>>()?;
-                let factors = factors.map(Clone::clone);
-                pairs.push(Pair { policy: policy.clone(), factors, cells });
+        for factors @ [rows, columns] in self.pairs() {
+            for policy in &policies {
+                let row = |row| Rates::of(&sweep(policy, columns, Some(row))?);
+                let rows = rows.each().map(row).collect::<anyhow::Result<_>>()?;
+                let (policy, factors) = (policy.0.clone(), factors.map(Clone::clone));
+                pairs.push(Pair { policy, factors, rows });
             }
         }
         bar.finish_and_clear();
@@ -159,36 +162,26 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         return Ok(true);
     }
     let (measured, pairs) = args.measure()?;
-    let means = match args.mean {
-        true => by_factor(&measured).map(Rates::mean).collect::<anyhow::Result<Vec<_>>>()?,
-        false => Vec::new(),
-    };
-    output::print(args, &measured, &means, &pairs)?;
+    output::print(args, &measured, &pairs)?;
     if let Some(path) = &args.csv {
         write_text(path, &output::csv(&measured)?)?;
     }
     if let Some(folder) = &args.out {
         fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        draw(args, &measured, &means, &pairs, folder)?;
+        draw(args, &measured, &pairs, folder)?;
     }
-    write_results(args.json.as_ref(), args, output::figures(&measured, &pairs))?;
+    write_results(args.json.as_ref(), args, output::figures(&measured, &pairs)?)?;
     Ok(true)
 }
 
 /// Writes a picture of each factor and each pair, and the page.
-fn draw(
-    args: &Args,
-    measured: &[Measured],
-    means: &[Rates],
-    pairs: &[Pair],
-    folder: &Path,
-) -> anyhow::Result<()> {
+fn draw(args: &Args, measured: &[Measured], pairs: &[Pair], folder: &Path) -> anyhow::Result<()> {
     let (env_id, episodes) = (args.env_id, args.episodes.episodes.get());
     let mut page = Page::new(env_id, episodes);
-    for (number, measured) in by_factor(measured).enumerate() {
-        let factor = &measured[0].curve.factor;
-        let curves = measured.iter().map(Rates::of).chain(means.get(number).cloned()).collect();
+    for measured in by_factor(measured) {
+        let factor = measured[0].factor();
+        let curves = measured.iter().map(Rates::of).collect::<anyhow::Result<_>>()?;
         let curves = Curves { env_id, factor, episodes, curves };
         save(&curves, folder, factor)?;
         page.add_curves(&curves)?;

@@ -27,8 +27,8 @@ impl Page {
     /// Adds the curves over a factor, and their numbers.
     pub fn add_curves(&mut self, curves: &Curves<'_>) -> anyhow::Result<()> {
         let rows = curves.curves.iter().flat_map(|curve| {
-            curve.end.iter().zip(&curve.any).map(|((value, end), (_, any))| {
-                [escape(&curve.policy), value.to_string(), rate(*end), rate(*any)]
+            curve.points().map(|(value, end, any, _)| {
+                [escape(&curve.policy), value.to_string(), rate(end), rate(any)]
             })
         });
         let columns = [

@@ -1,5 +1,7 @@
 //! The flags `--model` and `--policy`.
 
+use std::path::Path;
+
 use baselines::{
     Policy, ProportionalPolicy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy,
     runs::RunModel,
@@ -9,6 +11,7 @@ use fetch_env::{Env, MujocoEnv};
 use fetch_sim::{ModelSource, Task};
 use serde::{Deserialize, Serialize};
 
+use super::folders::runs_in;
 use crate::output::usage;
 
 /// Returns the name of a task in the names of files and arrays, which is the name of its scene.
@@ -82,6 +85,18 @@ impl PolicyChoice {
             Self::Zero => Box::new(ZeroPolicy),
         })
     }
+}
+
+/// Returns the policies of the runs in a folder as their files, or else the name or file itself.
+///
+/// # Errors
+/// The folder cannot be read, or has no run.
+pub fn policies_of(text: &str) -> anyhow::Result<Vec<String>> {
+    if PolicyChoice::from_str(text, false).is_ok() || !Path::new(text).is_dir() {
+        return Ok(vec![text.to_owned()]);
+    }
+    let runs = runs_in(text.as_ref())?;
+    Ok(runs.iter().map(|run| run.join("policy.safetensors").display().to_string()).collect())
 }
 
 /// Returns the policy that a name or a file stands for; `proportional=GAIN` has that gain.

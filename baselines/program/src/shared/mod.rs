@@ -6,6 +6,8 @@ pub mod choice;
 pub(crate) mod env_id;
 #[cfg(feature = "full")]
 pub mod episodes;
+#[cfg(feature = "full")]
+pub mod folders;
 pub mod json;
 pub mod mujoco;
 #[cfg(feature = "full")]
