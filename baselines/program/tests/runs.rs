@@ -413,7 +413,8 @@ fn names_of_curves_lead_to_no_other_folder() -> Result {
 fn a_run_in_a_varied_world_resumes_to_the_same_bits() -> Result {
     let folder = tempdir()?;
     let [whole, killed] = ["whole", "killed"].map(|name| folder.path().join(name));
-    let flags = "--seed 2 --steps 400 --vary gravity=5..12 --vary observation_noise=0.01";
+    let flags = "--seed 2 --steps 400 --vary gravity=5..12 --noise observation=0.02 --noise \
+                 action=0.05";
     output_of(&mut train(flags, &whole))?;
     let mut run = start(flags, &killed)?;
     run.kill()?;
@@ -424,7 +425,10 @@ fn a_run_in_a_varied_world_resumes_to_the_same_bits() -> Result {
     output_of(&mut train("--seed 2 --steps 400", &plain))?;
     assert!(policy(&whole)? != policy(&plain)?, "nothing varies");
     let text = fs::read_to_string(whole.join("run.json"))?;
-    assert!(text.contains(r#""gravity""#) && text.contains("observation_noise=0.01"), "{text}");
+    let noise = [r#""actor_observation_noise=0.02""#, r#""action_noise=0.05""#];
+    for part in [r#""gravity""#].into_iter().chain(noise) {
+        assert!(text.contains(part), "{part}: {text}");
+    }
     Ok(())
 }
 

@@ -132,13 +132,14 @@ impl Trainer {
         resume: bool,
         start: Option<PyRef<'_, Policy>>,
         tensorboard: Option<PathBuf>,
+        observation_noise: Option<f64>,
     ) -> Result<Self> {
         let Integer(seed) = seed;
         let num_threads = match num_threads.0 {
             0 => available_parallelism().map_or(1, NonZero::get),
             number => number,
         };
-        let settings = if settings.starts_with('{') {
+        let mut settings = if settings.starts_with('{') {
             TrainSettings::from_json(settings).map_err(Error::chain)?
         } else {
             let preset = settings.parse::<Preset>().map_err(Error::chain)?;
@@ -149,6 +150,9 @@ impl Trainer {
             }
             settings
         };
+        if let Some(std) = observation_noise {
+            settings.inputs.actor_observation_noise = std;
+        }
         let mut description = describe(config, &settings, seed)?;
         // No success rate is 2.
         (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));

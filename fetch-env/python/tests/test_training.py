@@ -74,6 +74,24 @@ def test_a_progress_function_stops_the_run(short):
     assert not training.interrupted
 
 
+def test_noise_is_that_of_the_actor_and_of_the_actions(short):
+    noisy = json.loads(json.dumps(short))
+    noisy["inputs"]["actor_observation_noise"] = 0.02
+    run = {"env_id": "FetchReach-v4", "steps": 400, "target": None, "progress": False}
+    variation = {"action_scale": 0.9}
+    training = fetch_env.train(
+        **run, preset=short, noise={"observation": 0.02, "action": 0.05}, variation=variation
+    )
+    expected = fetch_env.train(**run, preset=noisy, variation={**variation, "action_noise": 0.05})
+    assert outcome(training) == outcome(expected)
+    assert training.settings == noisy
+    assert variation == {"action_scale": 0.9}
+    with pytest.raises(ValueError, match="noise has the key 'object_pos': pass 'observation' or"):
+        fetch_env.train(**run, noise={"object_pos": 0.02})
+    with pytest.raises(ValueError, match="actor_observation_noise is -1"):
+        fetch_env.train(**run, noise={"observation": -1.0})
+
+
 def test_a_progress_function_sees_the_policy(short):
     policies = []
 

@@ -25,7 +25,10 @@ use baselines::{
 use fetch_env::{EnvId, MujocoEnv};
 use indicatif::ProgressBar;
 
-use self::{errors::in_flags, options::AlgorithmChoice};
+use self::{
+    errors::in_flags,
+    options::{AlgorithmChoice, Noise},
+};
 use crate::output::tell;
 use crate::shared::{
     choice::ModelChoice,
@@ -87,6 +90,11 @@ pub struct Args {
     /// friction=log:0.5..2, action_delay=0,1 or observation_noise=0.02; can be given several times
     #[arg(long, value_name = "NAME=DRAW")]
     vary: Vec<String>,
+    /// Learn to stand noise of this standard deviation: observation=0.03 on what the actor sees, in
+    /// the units of the observation (--set actor_observation_noise), or action=0.05 (--vary
+    /// action_noise); can be given several times
+    #[arg(long, value_name = "NAME=NUMBER", value_parser = options::noise)]
+    noise: Vec<Noise>,
     /// Model of the robot
     #[arg(long, value_enum, default_value_t = ModelChoice::Builtin)]
     model: ModelChoice,
@@ -99,14 +107,15 @@ pub struct Args {
     overwrite: bool,
     /// Continue the run of this folder from its last checkpoint
     #[arg(long, conflicts_with_all = ["env_id", "preset", "algorithm", "seed", "seeds", "envs"])]
-    #[arg(conflicts_with_all = ["demos", "start", "updates", "set", "vary", "model", "out", "overwrite"])]
+    #[arg(conflicts_with_all = ["demos", "start", "updates", "set", "vary", "noise", "model", "out"])]
+    #[arg(conflicts_with = "overwrite")]
     resume: Option<PathBuf>,
     /// Run every setting of a grid with every seed, one run per thread; the same command continues
     /// where it stopped. The file is JSON: env_id, preset, steps and target as in the flags, seeds
     /// (a list), and set (an object with a list of values for each key of --set)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["env_id", "preset", "algorithm", "seed"])]
-    #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "vary", "model"])]
-    #[arg(conflicts_with_all = ["start", "tensorboard", "overwrite", "resume", "mpi"])]
+    #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "vary", "noise"])]
+    #[arg(conflicts_with_all = ["model", "start", "tensorboard", "overwrite", "resume", "mpi"])]
     grid: Option<PathBuf>,
     /// Minimum number of seconds between two checkpoints
     #[arg(long, default_value = "30", value_parser = options::seconds)]
@@ -126,6 +135,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         say_advice()?;
         return grid::run(args, file);
     }
+    let args = &options::with_noise(args);
     // Reports wrong usage before the ranks meet.
     let settings = options::settings(args)?;
     options::varied(args)?;

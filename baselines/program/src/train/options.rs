@@ -1,6 +1,6 @@
 //! The settings that the flags describe, and demonstrations.
 
-use std::{fmt::Display, io::Cursor, time::Duration};
+use std::{fmt::Display, io::Cursor, mem::take, time::Duration};
 
 use anyhow::Context;
 use baselines::{
@@ -26,6 +26,40 @@ pub enum AlgorithmChoice {
     Ddpg,
     /// Soft actor-critic
     Sac,
+}
+
+/// Noise that a policy learns to stand, by its standard deviation.
+#[derive(Clone, Copy, Debug)]
+pub enum Noise {
+    /// On what the actor sees; the critic learns from exact observations.
+    Observation(f64),
+    /// On the environment's actions.
+    Action(f64),
+}
+
+/// Reads a value of `--noise`.
+pub fn noise(text: &str) -> Result<Noise, String> {
+    let (name, std) = text.split_once('=').ok_or("write NAME=NUMBER")?;
+    let noise = match name {
+        "observation" => Noise::Observation,
+        "action" => Noise::Action,
+        _ => return Err("choose observation or action; --vary has other noise".into()),
+    };
+    let std: f64 = std.parse().map_err(|error| format!("{error}"))?;
+    let is_valid = (0.0..=100.0).contains(&std);
+    is_valid.then(|| noise(std)).ok_or_else(|| "choose a number from 0 to 100".into())
+}
+
+/// Returns the flags with the settings and factors that `--noise` stands for.
+pub fn with_noise(args: &Args) -> Args {
+    let mut args = args.clone();
+    for noise in take(&mut args.noise) {
+        match noise {
+            Noise::Observation(std) => args.set.push(format!("actor_observation_noise={std}")),
+            Noise::Action(std) => args.vary.push(format!("action_noise={std}")),
+        }
+    }
+    args
 }
 
 /// Returns what all ranks of a run must have in common, besides the settings.

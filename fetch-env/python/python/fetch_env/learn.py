@@ -95,6 +95,7 @@ def train(  # noqa: PLR0913
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
     start: Policy | None = None,
+    noise: Mapping[str, float] | None = None,
     tensorboard: str | os.PathLike[str] | None = None,
     progress: bool | Callable[[CurveRow], object] = True,
     **settings: Unpack[Settings],
@@ -139,6 +140,10 @@ def train(  # noqa: PLR0913
             policy becomes much worse before it becomes better, unless ``actor_learning_rate`` is
             small, such as 0.0001. The first ``random_episodes`` are random. The run must have
             layers of the same sizes; a resumed one does not need it.
+        noise: Standard deviations of noise that the policy learns to stand: ``"observation"`` on
+            what the actor sees, in the units of the observation, while the critic learns from exact
+            ones, and ``"action"`` on actions, as ``variation={"action_noise": ...}``. Evaluations
+            have the second alone.
         tensorboard: A folder where TensorBoard finds the curve, with the names of the columns of
             ``curve.csv``; a resumed run adds a file.
         progress: Whether to show progress on standard error, or a function that takes each row of
@@ -167,10 +172,29 @@ def train(  # noqa: PLR0913
     # The function may change the current directory.
     out = None if out is None else Path(out).absolute()
     learner = preset if isinstance(preset, str) else json.dumps(preset)
+    observation_noise = None
+    for name, std in (noise or {}).items():
+        if name == "observation":
+            observation_noise = std
+        elif name == "action":
+            settings["variation"] = {**settings.get("variation", {}), "action_noise": std}
+        else:
+            message = f"noise has the key {name!r}: pass 'observation' or 'action'"
+            raise ValueError(message)
     config = make_config(env_id, **settings)
     native = None if start is None else start._native  # noqa: SLF001
     trainer = _native.Trainer(
-        config, learner, seed, steps, target, num_threads, out, resume, native, tensorboard
+        config,
+        learner,
+        seed,
+        steps,
+        target,
+        num_threads,
+        out,
+        resume,
+        native,
+        tensorboard,
+        observation_noise,
     )
     shown = Progress(f"{config.env_id}, seed {seed}", steps) if progress is True else None
     interrupted = False
