@@ -81,6 +81,7 @@ fn benchmarks_write_every_figure() -> Result {
         "reset",
         "construction-4",
         "memory-further-env",
+        "memory-further-varied-env",
         "ratio/single-to-bare-loop",
         "ratio/reset-cost-to-bare",
     ] {

@@ -40,6 +40,10 @@ enum Part {
     ResetBare,
     /// The environment's reset
     Reset,
+    /// The environment's step with a model of its own, of the same numbers
+    SingleVaried,
+    /// The environment's reset with drawn friction, mass and size
+    ResetVaried,
     /// Recording a step of a vectorized environment in a replay buffer
     Recording,
 }
@@ -47,12 +51,17 @@ enum Part {
 pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
     let subjects = args.subjects.all();
     if let Some(part) = args.part {
-        let episodes = Episodes::new(subjects[0].config())?;
+        let subject = subjects[0];
+        let episodes = Episodes::new(match part {
+            Part::SingleVaried => subject.varied(true)?,
+            Part::ResetVaried => subject.varied(false)?,
+            _ => subject.config(),
+        })?;
         let mut contender: Box<dyn Contender> = match part {
             Part::Physics => Box::new(BareLoop::with_forward(&episodes)?),
-            Part::Single => Box::new(Single::new(&episodes)?),
+            Part::Single | Part::SingleVaried => Box::new(Single::new(&episodes)?),
             Part::ResetBare => Box::new(bare_resets(&episodes)?),
-            Part::Reset => Box::new(resets(&episodes)?),
+            Part::Reset | Part::ResetVaried => Box::new(resets(&episodes)?),
             Part::Recording => Box::new(Recording::new(&episodes)?),
         };
         // The first calls resolve MuJoCo's symbols.
@@ -68,13 +77,20 @@ pub fn run(args: &Args) -> anyhow::Result<Vec<(String, Metric)>> {
             let count = count(subject, &name)? / STEPS as f64;
             counts.push((name, count));
         }
-        let [(_, physics), (_, single), (_, reset_bare), (_, reset), (_, recording)] = counts[..]
+        let counted: Vec<_> = counts.iter().map(|(_, count)| *count).collect();
+        let [physics, single, reset_bare, reset, single_varied, reset_varied, recording] =
+            counted[..]
         else {
             bail!("a count is missing")
         };
-        counts.push(("ratio/above-physics".into(), 1.0 - physics / single));
-        counts.push(("ratio/reset-cost-to-bare".into(), reset / reset_bare));
-        counts.push(("ratio/recording-to-step".into(), recording / single));
+        let ratios = [
+            ("above-physics", 1.0 - physics / single),
+            ("reset-cost-to-bare", reset / reset_bare),
+            ("varied-step-to-step", single_varied / single),
+            ("varied-reset-to-reset", reset_varied / reset),
+            ("recording-to-step", recording / single),
+        ];
+        counts.extend(ratios.map(|(name, ratio)| (format!("ratio/{name}"), ratio)));
         let measured = counts.into_iter().map(|(name, count)| (name, Metric::new(count, "1")));
         report(&mut figures, &format!("instructions/{subject}"), measured)?;
     }

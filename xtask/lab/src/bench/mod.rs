@@ -14,7 +14,10 @@ mod reward;
 use std::{ffi::OsStr, fmt, path::PathBuf, process::Command};
 
 use anyhow::ensure;
-use fetch_env::{FetchConfig, Task};
+use fetch_env::{
+    FetchConfig, Task,
+    variation::{Draw, Variation},
+};
 use goal_reward::RewardKind;
 use serde::Serialize;
 
@@ -101,6 +104,20 @@ impl Subjects {
 impl Subject {
     pub fn config(self) -> FetchConfig {
         FetchConfig::new(self.task, RewardKind::Sparse).with_model(self.model.source())
+    }
+
+    /// Returns the settings in which resets draw friction and, where there is an object, its mass and
+    /// size. `plain` draws the model's own numbers instead.
+    fn varied(self, plain: bool) -> anyhow::Result<FetchConfig> {
+        let draw =
+            |low, high, model| if plain { Draw::Fixed(model) } else { Draw::Uniform(low, high) };
+        let mut variation = Variation::default().with("friction", draw(0.5, 2.0, 1.0))?;
+        if self.task.has_object() {
+            variation = variation
+                .with("object_mass", draw(0.5, 4.0, 2.0))?
+                .with("object_size", draw(0.8, 1.2, 1.0))?;
+        }
+        Ok(self.config().with_variation(variation))
     }
 
     /// Returns the flags that select it, with a space between them.

@@ -57,6 +57,10 @@ pub struct Args {
     #[arg(long, hide = true, requires_all = ["task", "model"])]
     #[serde(skip)]
     footprint: bool,
+    /// Let mass, size and friction vary there
+    #[arg(long, hide = true, requires = "footprint")]
+    #[serde(skip)]
+    varied: bool,
 }
 
 impl Args {
@@ -96,7 +100,9 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args, peers: Option<&Peers>) -> anyhow::Result<Vec<(String, Metric)>> {
     let subjects = args.subjects.all();
     if args.footprint {
-        let measured = footprint(&subjects[0].config(), args.footprint_envs.into())?;
+        let subject = subjects[0];
+        let config = if args.varied { subject.varied(false)? } else { subject.config() };
+        let measured = footprint(&config, args.footprint_envs.into())?;
         say!("{}", serde_json::to_string(&measured)?)?;
         return Ok(Vec::new());
     }
@@ -124,11 +130,13 @@ fn measure(
     figures.extend(ratios(&steps, &resets));
     let envs = args.footprint_envs;
     let footprint = format!("bench env --footprint --footprint-envs {envs} {}", subject.flags());
-    let text = measure_in_new_process(footprint.split(' '))?;
-    let [construction, further_env]: [f64; 2] =
-        serde_json::from_str(&text).with_context(|| format!("no measurement: {text}"))?;
-    figures.push((format!("construction-{envs}"), Metric::new(construction, "s")));
-    figures.push(("memory-further-env".into(), Metric::new(further_env, "bytes")));
+    for (varied, name) in [(None, ""), (Some("--varied"), "-varied")] {
+        let text = measure_in_new_process(footprint.split(' ').chain(varied))?;
+        let [construction, further_env]: [f64; 2] =
+            serde_json::from_str(&text).with_context(|| format!("no measurement: {text}"))?;
+        figures.push((format!("construction{name}-{envs}"), Metric::new(construction, "s")));
+        figures.push((format!("memory-further{name}-env"), Metric::new(further_env, "bytes")));
+    }
     Ok(figures)
 }
 
