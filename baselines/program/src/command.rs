@@ -99,8 +99,11 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs the command, and returns whether everything passed.
-    pub fn run(&self) -> anyhow::Result<bool> {
+    /// Runs the command, `train` by this function, and returns whether everything passed.
+    pub fn run(
+        &self,
+        #[cfg(feature = "full")] train: &dyn Fn(&train::Args) -> anyhow::Result<bool>,
+    ) -> anyhow::Result<bool> {
         match self {
             Self::Verify(args) => verify::run(args),
             Self::Bridge(args) => bridge::run(args),
@@ -111,7 +114,7 @@ impl Command {
             Self::Exercise(args) => exercise::run(args),
             Self::Doctor(args) => doctor::run(args),
             #[cfg(feature = "full")]
-            Self::Train(args) => train::run(args),
+            Self::Train(args) => train(args),
             #[cfg(feature = "full")]
             Self::LearningCurves(args) => learning_curves::run(args),
             #[cfg(feature = "full")]

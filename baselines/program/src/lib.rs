@@ -37,6 +37,8 @@ mod train;
 
 use std::ffi::OsString;
 
+#[cfg(feature = "full")]
+use baselines::runs::{BuiltInTasks, MakeEnvs};
 use clap::{CommandFactory, Parser};
 
 use self::command::Command;
@@ -60,12 +62,37 @@ const EXIT_CODES: &str = "Exit codes: 0 if everything passed, 1 if a check faile
 /// It writes to the standard streams of the process. `train`, `plan`, `datasets`, and `collect` with
 /// `--format`, listen to SIGINT and SIGTERM from their beginning on, also after this function has
 /// returned. In all other commands, signals do what the host has set.
+#[cfg(feature = "full")]
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    main_on(&BuiltInTasks, arguments)
+}
+
+/// Runs the program as [`main`] does, and trains in environments that `tasks` makes, such as those that
+/// the host has a learner for anyway.
+#[cfg(feature = "full")]
+pub fn main_on(tasks: &impl MakeEnvs, arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    run(arguments, |command| command.run(&|args| train::run(tasks, args)))
+}
+
+/// Runs the program with arguments, which do not begin with the program's name, and returns its
+/// exit code: 0 if everything passed, 1 if a check failed or could not run, 2 for wrong usage.
+///
+/// It writes to the standard streams of the process. Signals do what the host has set.
+#[cfg(not(feature = "full"))]
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    run(arguments, Command::run)
+}
+
+/// Parses the arguments, runs the command, and returns the exit code.
+fn run(
+    arguments: impl IntoIterator<Item = OsString>,
+    run: impl FnOnce(&Command) -> anyhow::Result<bool>,
+) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(ended) => return output::end_of_parsing(&ended),
     };
-    let outcome = cli.command.run();
+    let outcome = run(&cli.command);
     #[cfg(feature = "full")]
     if let Err(error) = &outcome
         && let Some(stopped) = error.downcast_ref::<shared::signals::Stopped>()

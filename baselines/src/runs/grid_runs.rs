@@ -7,11 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use fetch_env::MujocoEnv;
-
 use super::curve::CurveLine;
 use super::description::RunDescription;
-use super::envs::BuiltInTasks;
+use super::envs::MakeEnvs;
 use super::error::{GridError, RunsError};
 use super::finish::Outcome;
 use super::folder::RunFolder;
@@ -108,7 +106,8 @@ pub trait WatchGrid: Sync {
 }
 
 /// The state that the threads share.
-struct Shared<'a> {
+struct Shared<'a, M> {
+    tasks: &'a M,
     runs: &'a [GridRun],
     between_checkpoints: Duration,
     watch: &'a dyn WatchGrid,
@@ -123,14 +122,15 @@ struct Shared<'a> {
 ///
 /// # Errors
 /// [`GridError::Runs`] if any run failed, after all others have ended.
-pub fn run_grid(
+pub fn run_grid<M: MakeEnvs>(
+    tasks: &M,
     runs: &[GridRun],
     num_threads: usize,
     between_checkpoints: Duration,
     watch: &dyn WatchGrid,
 ) -> Result<Vec<Option<GridEnd>>, GridError> {
     let (next, num_ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let shared = Shared { runs, between_checkpoints, watch, next, num_ended };
+    let shared = Shared { tasks, runs, between_checkpoints, watch, next, num_ended };
     let mut all: Vec<_> = thread::scope(|scope| {
         let num_threads = num_threads.min(runs.len());
         let threads: Vec<_> = (0..num_threads).map(|_| scope.spawn(|| shared.run_some())).collect();
@@ -144,7 +144,7 @@ pub fn run_grid(
     ended.map_err(|first| GridError::Runs { num_failed, num_runs, source: Box::new(first) })
 }
 
-impl Shared<'_> {
+impl<M: MakeEnvs> Shared<'_, M> {
     /// Runs one run after another until none is left.
     fn run_some(&self) -> Vec<(usize, Result<Option<GridEnd>, GridError>)> {
         let mut all = Vec::new();
@@ -165,7 +165,7 @@ impl Shared<'_> {
             self.ended(run, GridEvent::EndedBefore);
             return Ok(Some(end));
         }
-        let Ready { mut trainer, folder } = run.ready()?;
+        let Ready { mut trainer, folder } = run.ready(self.tasks)?;
         let plan = RunPlan {
             between_checkpoints: self.between_checkpoints,
             ..RunPlan::of(folder.description())
@@ -176,7 +176,7 @@ impl Shared<'_> {
             shown = shown.max(steps);
         };
         show(trainer.counters().steps);
-        let mut watch = |trainer: &Trainer<MujocoEnv>, _: Option<&CurveRow>| {
+        let mut watch = |trainer: &Trainer<M::Env>, _: Option<&CurveRow>| {
             show(trainer.counters().steps);
             if self.watch.go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
@@ -190,7 +190,7 @@ impl Shared<'_> {
             Err(error) => return Err(error.into()),
             Ok(()) if !self.watch.go_on() => return Ok(None),
             Ok(()) => {
-                let outcome = plan.finish(&BuiltInTasks, &mut trainer, &folder, 1, || true)?;
+                let outcome = plan.finish(self.tasks, &mut trainer, &folder, 1, || true)?;
                 self.ended(run, GridEvent::Ended(&outcome));
                 end_of(&folder)?
             }
@@ -210,10 +210,10 @@ impl Shared<'_> {
 impl GridRun {
     /// Begins the run, or continues it from its last checkpoint. If it has neither a checkpoint nor
     /// all of its results, it begins again.
-    fn ready(&self) -> Result<Ready<MujocoEnv>, GridError> {
+    fn ready<M: MakeEnvs>(&self, tasks: &M) -> Result<Ready<M::Env>, GridError> {
         if RunFolder::has_checkpoint(&self.path)? {
             self.checked(RunFolder::open(&self.path)?)?;
-            return Ok(Ready::resume(&BuiltInTasks, &self.path, 1)?);
+            return Ok(Ready::resume(tasks, &self.path, 1)?);
         }
         let overwrite = RunFolder::is_run(&self.path);
         if overwrite {
@@ -221,7 +221,7 @@ impl GridRun {
         }
         let (description, settings) = (self.description.clone(), self.settings.clone());
         let new = NewRun { description, settings, start: None, overwrite };
-        new.begin(&BuiltInTasks, &self.path, 1, Box::new(OneProcess), |_| Ok(()))
+        new.begin(tasks, &self.path, 1, Box::new(OneProcess), |_| Ok(()))
     }
 
     /// Checks that a folder is this run's.

@@ -141,9 +141,6 @@ impl RunPlan {
     }
 
     /// Continues to the next point at which a run can stop. Returns a row if it was evaluated.
-    // rustc shares functions that are never inlined: this crate has the one of `MujocoEnv`, and
-    // programs need no other.
-    #[inline(never)]
     fn cycle<E: LearnEnv>(
         &self,
         trainer: &mut Trainer<E>,

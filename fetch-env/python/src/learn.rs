@@ -4,18 +4,17 @@ use std::ffi::CString;
 use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
-use std::sync::Arc;
 use std::thread::available_parallelism;
 
 use baselines::{
-    learn::{self, CurveRow, LearnEnv, Preset, TrainSettings},
+    learn::{self, CurveRow, Preset, TrainSettings},
     runs::{
-        self, BuiltInTasks, Cycles, FolderError, Length, MakeEnvs, NewRun, Ready, RunDescription,
-        RunFolder, RunModel, RunPlan, RunsError, TensorBoard,
+        self, Cycles, FolderError, Length, NewRun, Ready, RunDescription, RunFolder, RunModel,
+        RunPlan, RunsError, TensorBoard,
     },
     workers::OneProcess,
 };
-use fetch_env::{FetchConfig, MakeError, ModelSource, MujocoEnv};
+use fetch_env::ModelSource;
 use pyo3::{
     Borrowed,
     exceptions::{PyRuntimeWarning, PyTypeError},
@@ -29,7 +28,7 @@ use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::policy::Policy;
 use crate::signals::Signals;
-use crate::task::{self, Limited, Own, OwnTask};
+use crate::task::{AnyTasks, Limited};
 use crate::warnings::simulate;
 
 /// A success rate, from 0 to 1.
@@ -61,51 +60,10 @@ pub(crate) struct Trainer {
     num_threads: usize,
 }
 
-/// The environments of a run: the built-in ones, or those of a task in Python.
-enum AnyTrainer {
-    BuiltIn(learn::Trainer<MujocoEnv>),
-    Own(learn::Trainer<Limited>, OwnTasks),
-}
-
-impl AnyTrainer {
-    /// Returns the task in Python, if there is one.
-    fn task(&self) -> Option<Arc<OwnTask>> {
-        match self {
-            Self::BuiltIn(_) => None,
-            Self::Own(_, own) => Some(Arc::clone(&own.0.task)),
-        }
-    }
-}
-
-/// Makes environments of a task in Python.
-#[derive(Clone)]
-struct OwnTasks(Own);
-
-impl MakeEnvs for OwnTasks {
-    type Env = Limited;
-
-    fn task(&self) -> Option<&str> {
-        Some(self.0.task.name())
-    }
-
-    fn make(&self, config: FetchConfig) -> Result<Limited, MakeError> {
-        Ok(task::make(config, Some(&self.0))?.time_limited())
-    }
-}
-
-/// Does the same with the trainer of any environments.
-macro_rules! with {
-    ($trainer:expr, $name:ident => $result:expr) => {
-        match $trainer {
-            AnyTrainer::BuiltIn($name) => $result,
-            AnyTrainer::Own($name, _) => $result,
-        }
-    };
-}
-
 /// A run and the folder where it is saved, if it is.
 struct Run {
-    trainer: AnyTrainer,
+    trainer: learn::Trainer<Limited>,
+    tasks: AnyTasks,
     plan: RunPlan,
     cycles: Cycles,
     folder: Option<RunFolder>,
@@ -158,14 +116,8 @@ impl Trainer {
         (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
         let start = start.map(|policy| policy.copy(py)).transpose()?;
         let new = NewRun { description, settings, start, overwrite: false };
-        let own = config.own(false).map(OwnTasks);
-        let mut run = simulate(py, || match own {
-            None => Run::new(&BuiltInTasks, new, num_threads, out, resume, AnyTrainer::BuiltIn),
-            Some(own) => {
-                let of_own = |trainer| AnyTrainer::Own(trainer, own.clone());
-                Run::new(&own, new, num_threads, out, resume, of_own)
-            }
-        })?;
+        let tasks = AnyTasks(config.own(false));
+        let mut run = simulate(py, || Run::new(tasks, new, num_threads, out, resume))?;
         if let Some(folder) = tensorboard {
             let board = TensorBoard::create(&folder);
             run.board = Some(board.map_err(|error| Error::chain(error).at(&folder))?);
@@ -185,19 +137,18 @@ impl Trainer {
     /// if there was an evaluation. An exception of a signal handler stops the cycle, which the next
     /// call finishes.
     fn cycle(&self, py: Python<'_>) -> Result<(bool, Option<String>)> {
-        let Run { trainer, cycles, folder, board, has_failed, .. } = &mut *self.run.lock(py)?;
+        let Run { trainer, tasks, cycles, folder, board, has_failed, .. } =
+            &mut *self.run.lock(py)?;
         let folder = folder.as_ref();
         let mut watch = Watch { signals: Signals::new(), row: None };
         let next = simulate(py, || {
-            let next = with!(trainer, trainer => cycles.next(trainer, folder, &mut watch));
+            let next = cycles.next(trainer, folder, &mut watch);
             next.map_err(|error| {
                 *has_failed = matches!(error, RunsError::Train(_));
                 in_python(error, folder.map(RunFolder::path))
             })
         });
-        if let Some(task) = trainer.task() {
-            task.check().inspect_err(|_| *has_failed = true)?;
-        }
+        tasks.check().inspect_err(|_| *has_failed = true)?;
         watch.signals.finish()?;
         if let (Some(board), Some(row)) = (board, &watch.row) {
             board.write(row).map_err(Error::chain)?;
@@ -212,7 +163,7 @@ impl Trainer {
         let Some(folder) = run.folder.as_ref().filter(|_| !run.has_failed) else { return Ok(()) };
         let path = folder.path();
         simulate(py, || {
-            let saved = with!(&mut run.trainer, trainer => trainer.save(path));
+            let saved = run.trainer.save(path);
             saved.map(drop).map_err(|error| in_python(error.into(), Some(path)))
         })
     }
@@ -220,23 +171,14 @@ impl Trainer {
     /// Writes the policy and the page into the folder, if there is one and the run has reached its
     /// end.
     fn finish(&self, py: Python<'_>) -> Result<()> {
-        let Run { trainer, plan, folder, .. } = &mut *self.run.lock(py)?;
-        let is_over = with!(&*trainer, trainer => plan.is_over(trainer));
-        let Some(folder) = folder.as_ref().filter(|_| is_over) else { return Ok(()) };
+        let Run { trainer, tasks, plan, folder, .. } = &mut *self.run.lock(py)?;
+        let Some(folder) = folder.as_ref().filter(|_| plan.is_over(trainer)) else { return Ok(()) };
         let (threads, mut signals) = (self.num_threads, Signals::new());
         let finished = simulate(py, || {
-            let go_on = || signals.go_on();
-            let finished = match trainer {
-                AnyTrainer::BuiltIn(trainer) => {
-                    plan.finish(&BuiltInTasks, trainer, folder, threads, go_on)
-                }
-                AnyTrainer::Own(trainer, own) => plan.finish(own, trainer, folder, threads, go_on),
-            };
+            let finished = plan.finish(tasks, trainer, folder, threads, || signals.go_on());
             finished.map(drop).map_err(|error| in_python(error, Some(folder.path())))
         });
-        if let Some(task) = trainer.task() {
-            task.check()?;
-        }
+        tasks.check()?;
         signals.finish()?;
         finished
     }
@@ -249,49 +191,45 @@ impl Trainer {
 
     /// The number of steps so far.
     fn steps(&self, py: Python<'_>) -> Result<u64> {
-        Ok(with!(&self.run.lock(py)?.trainer, trainer => trainer.counters().steps))
+        Ok(self.run.lock(py)?.trainer.counters().steps)
     }
 
     /// The rows of the learning curve as JSON.
     fn curve(&self, py: Python<'_>) -> Result<String> {
-        Ok(with!(&self.run.lock(py)?.trainer, trainer => serde_json::to_string(trainer.rows()))?)
+        Ok(serde_json::to_string(self.run.lock(py)?.trainer.rows())?)
     }
 
     /// The settings as JSON.
     fn settings(&self, py: Python<'_>) -> Result<String> {
-        Ok(
-            with!(&self.run.lock(py)?.trainer, trainer => serde_json::to_string(trainer.settings()))?,
-        )
+        Ok(serde_json::to_string(self.run.lock(py)?.trainer.settings())?)
     }
 
     /// The policy that the run has learned.
     fn policy(&self, py: Python<'_>) -> Result<Policy> {
-        let trainer = &self.run.lock(py)?.trainer;
-        let policy = with!(trainer, trainer => trainer.policy(&self.env_id));
+        let policy = self.run.lock(py)?.trainer.policy(&self.env_id);
         let policy = policy.map_err(Error::chain)?;
         Ok(policy.into())
     }
 }
 
 impl Run {
-    fn new<M: MakeEnvs>(
-        tasks: &M,
+    fn new(
+        tasks: AnyTasks,
         new: NewRun,
         num_threads: usize,
         out: Option<PathBuf>,
         resume: bool,
-        any: impl FnOnce(learn::Trainer<M::Env>) -> AnyTrainer,
     ) -> Result<Self> {
         let mut plan = RunPlan::of(&new.description);
         let (mut trainer, folder) = match &out {
             None => {
-                let trainer = new.trainer(tasks, num_threads, Box::new(OneProcess));
+                let trainer = new.trainer(&tasks, num_threads, Box::new(OneProcess));
                 (trainer.map_err(|error| in_python(error, None))?, None)
             }
             Some(path) => {
                 let ready = match resume {
-                    true => new.resume_or_begin(tasks, path, num_threads),
-                    false => new.begin(tasks, path, num_threads, Box::new(OneProcess), |_| Ok(())),
+                    true => new.resume_or_begin(&tasks, path, num_threads),
+                    false => new.begin(&tasks, path, num_threads, Box::new(OneProcess), |_| Ok(())),
                 };
                 let Ready { trainer, folder, .. } =
                     ready.map_err(|error| in_python(error, Some(path)))?;
@@ -303,8 +241,7 @@ impl Run {
         };
         let cycles = plan.begin(&mut trainer, folder.as_ref());
         let cycles = cycles.map_err(|error| in_python(error, out.as_deref()))?;
-        let trainer = any(trainer);
-        Ok(Self { trainer, plan, cycles, folder, board: None, has_failed: false })
+        Ok(Self { trainer, tasks, plan, cycles, folder, board: None, has_failed: false })
     }
 }
 
@@ -314,12 +251,12 @@ struct Watch {
     row: Option<CurveRow>,
 }
 
-impl<E: LearnEnv> runs::Watch<E> for Watch {
+impl runs::Watch<Limited> for Watch {
     fn go_on(&mut self) -> bool {
         self.signals.go_on()
     }
 
-    fn cycle(&mut self, _: &learn::Trainer<E>, row: Option<&CurveRow>) -> ControlFlow<()> {
+    fn cycle(&mut self, _: &learn::Trainer<Limited>, row: Option<&CurveRow>) -> ControlFlow<()> {
         self.row = row.cloned();
         ControlFlow::Continue(())
     }

@@ -17,12 +17,11 @@ use baselines::{
     Estimate, TrainedPolicy,
     learn::{CurveRow, Preset, Resumed, Target, TrainSettings, Trainer, UpdateSeconds, limits},
     runs::{
-        BuiltInTasks, Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan,
-        TensorBoard,
+        Length, MakeEnvs, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan, TensorBoard,
     },
     workers::{Workers, gather_values},
 };
-use fetch_env::{EnvId, MujocoEnv};
+use fetch_env::EnvId;
 use indicatif::ProgressBar;
 
 use self::{
@@ -130,10 +129,10 @@ pub struct Args {
     ranks: RankArgs,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run<M: MakeEnvs>(tasks: &M, args: &Args) -> anyhow::Result<bool> {
     if let Some(file) = &args.grid {
         say_advice()?;
-        return grid::run(args, file);
+        return grid::run(tasks, args, file);
     }
     let args = &options::with_noise(args);
     // Reports wrong usage before the ranks meet.
@@ -141,7 +140,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     options::varied(args)?;
     let signals = Signals::listen()?;
     share_run(&args.ranks, &options::facts(args), |workers| {
-        run_shared(args, &settings, &signals, workers)
+        run_shared(tasks, args, &settings, &signals, workers)
     })
 }
 
@@ -150,7 +149,8 @@ fn say_advice() -> anyhow::Result<()> {
     advice()?.map_or(Ok(()), |advice| say!("train: {advice}"))
 }
 
-fn run_shared(
+fn run_shared<M: MakeEnvs>(
+    tasks: &M,
     args: &Args,
     settings: &TrainSettings,
     signals: &Signals,
@@ -161,12 +161,12 @@ fn run_shared(
     }
     let mut results = Vec::new();
     if let Some(folder) = &args.resume {
-        results.push(finish(args, resume(args, folder, workers())?, signals)?);
+        results.push(finish(tasks, args, resume(tasks, args, folder, workers())?, signals)?);
     } else {
         for run in 0..args.seeds.get() {
             let seed = args.seed.wrapping_add(run);
-            let ready = start(args, settings, seed, workers()).map_err(in_flags)?;
-            results.push(finish(args, ready, signals)?);
+            let ready = start(tasks, args, settings, seed, workers()).map_err(in_flags)?;
+            results.push(finish(tasks, args, ready, signals)?);
         }
     }
     if workers().rank() == 0 {
@@ -175,13 +175,14 @@ fn run_shared(
     Ok(results.iter().all(|outcome| outcome.reached.is_some() || outcome.target > 1.0))
 }
 
-fn resume(
+fn resume<M: MakeEnvs>(
+    tasks: &M,
     args: &Args,
     folder: &Path,
     workers: Box<dyn Workers>,
-) -> anyhow::Result<Ready<MujocoEnv>> {
+) -> anyhow::Result<Ready<M::Env>> {
     let (rank, size) = (workers.rank(), workers.size());
-    let resumed = Ready::resume_with_workers(&BuiltInTasks, folder, args.threads.get(), workers);
+    let resumed = Ready::resume_with_workers(tasks, folder, args.threads.get(), workers);
     let (ready, resumed) = resumed.map_err(|error| in_flags(error.into()))?;
     if rank == 0 {
         let steps = ready.trainer.counters().steps;
@@ -199,12 +200,13 @@ fn resume(
 }
 
 /// Begins a run, once everything else is ready.
-fn start(
+fn start<M: MakeEnvs>(
+    tasks: &M,
     args: &Args,
     settings: &TrainSettings,
     seed: u64,
     workers: Box<dyn Workers>,
-) -> anyhow::Result<Ready<MujocoEnv>> {
+) -> anyhow::Result<Ready<M::Env>> {
     let name = format!("{}-seed-{seed}", args.env_id);
     let path = match &args.out {
         Some(folder) if args.seeds.get() == 1 => folder.clone(),
@@ -215,7 +217,7 @@ fn start(
     let (description, settings) = (describe(args, seed)?, settings.clone());
     let start = args.start.as_ref().map(TrainedPolicy::load).transpose()?;
     let new = NewRun { description, settings, start, overwrite: args.overwrite };
-    new.begin(&BuiltInTasks, path, args.threads.get(), workers, |trainer| {
+    new.begin(tasks, path, args.threads.get(), workers, |trainer| {
         let Some(demos) = &args.demos else { return Ok(()) };
         options::add_demos(trainer, args, demos, seed)?;
         if is_first {
@@ -250,7 +252,12 @@ fn tell_of_locks(path: &Path, is_shared: bool) {
 }
 
 /// Runs a trainer to its end, and writes its files. A signal ends it after a last checkpoint.
-fn finish(args: &Args, ready: Ready<MujocoEnv>, signals: &Signals) -> anyhow::Result<Outcome> {
+fn finish<M: MakeEnvs>(
+    tasks: &M,
+    args: &Args,
+    ready: Ready<M::Env>,
+    signals: &Signals,
+) -> anyhow::Result<Outcome> {
     let Ready { mut trainer, folder, .. } = ready;
     let plan = plan(args, &folder);
     let is_first = trainer.workers().rank() == 0;
@@ -264,7 +271,7 @@ fn finish(args: &Args, ready: Ready<MujocoEnv>, signals: &Signals) -> anyhow::Re
     let mut board = board.map(|folder| TensorBoard::create(folder.join(seed))).transpose()?;
     let mut drawn = Ok(());
     let put_off = signals.put_off();
-    let mut watch = |_: &Trainer<MujocoEnv>, row: Option<&CurveRow>| {
+    let mut watch = |_: &Trainer<M::Env>, row: Option<&CurveRow>| {
         if let Some(row) = row.filter(|_| is_first) {
             show(&bar, plan.length, row);
             drawn = board.as_mut().map_or(Ok(()), |board| board.write(row));
@@ -290,7 +297,7 @@ fn finish(args: &Args, ready: Ready<MujocoEnv>, signals: &Signals) -> anyhow::Re
         }
         return Err(stopped.into());
     }
-    let outcome = plan.finish(&BuiltInTasks, &mut trainer, &folder, args.threads.get(), || true)?;
+    let outcome = plan.finish(tasks, &mut trainer, &folder, args.threads.get(), || true)?;
     if is_first {
         say!("train: {outcome}; wrote {}", folder.path().display())?;
         let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();

@@ -5,11 +5,11 @@ use std::{fmt::Display, io::Cursor, mem::take, time::Duration};
 use anyhow::Context;
 use baselines::{
     Policy, ScriptedPolicy,
-    learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
+    learn::{AlgorithmSettings, DdpgSettings, LearnEnv, SacSettings, TrainSettings, Trainer},
     workers::share,
 };
 use fetch_env::variation::{Draw, Variation};
-use fetch_env::{FetchConfig, FetchObservation, GoalEnv, MujocoEnv, make};
+use fetch_env::{FetchConfig, FetchObservation, GoalEnv, make};
 use goal_reward::GoalReward;
 use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError, files::read};
 use rand::{RngExt, SeedableRng};
@@ -203,8 +203,8 @@ fn import(
 
 /// Adds demonstrations to the buffer of a trainer: this rank's share of scripted episodes, or all
 /// episodes of a file.
-pub fn add_demos(
-    trainer: &mut Trainer<MujocoEnv>,
+pub fn add_demos<E: LearnEnv>(
+    trainer: &mut Trainer<E>,
     args: &Args,
     demos: &str,
     seed: u64,

@@ -6,6 +6,7 @@ mod together;
 
 use std::{ops::RangeInclusive, sync::Arc};
 
+use baselines::runs::MakeEnvs;
 use fetch_env::variation::{Factor, InterfaceFactor};
 use fetch_env::{
     EnvError, FetchConfig, FetchEnv, FetchTask, GoalReward, MakeError, MujocoSimulator, NpRandom,
@@ -41,6 +42,29 @@ pub(crate) fn make(config: FetchConfig, own: Option<&Own>) -> Result<Simulated, 
             let reward = AnyReward::Own(own.clone());
             env.with_goal_reward(reward).with_task(AnyTask::Own(own.clone()))
         }
+    }
+}
+
+/// Makes the environments of runs: of the task in Python, if there is one.
+#[derive(Clone, Default)]
+pub(crate) struct AnyTasks(pub(crate) Option<Own>);
+
+impl AnyTasks {
+    /// Raises the exception of a reward, if there was one since the last call.
+    pub(crate) fn check(&self) -> Result<()> {
+        self.0.as_ref().map_or(Ok(()), |own| own.task.check())
+    }
+}
+
+impl MakeEnvs for AnyTasks {
+    type Env = Limited;
+
+    fn task(&self) -> Option<&str> {
+        self.0.as_ref().map(|own| own.task.name())
+    }
+
+    fn make(&self, config: FetchConfig) -> Result<Limited, MakeError> {
+        Ok(make(config, self.0.as_ref())?.time_limited())
     }
 }
 

@@ -6,7 +6,9 @@ mod heat_map;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use baselines::runs::{Grid, GridEvent, GridFolder, GridRun, GridTable, WatchGrid, run_grid};
+use baselines::runs::{
+    Grid, GridEvent, GridFolder, GridRun, GridTable, MakeEnvs, WatchGrid, run_grid,
+};
 use her_relabel::files::read_text;
 use indicatif::ProgressBar;
 
@@ -25,7 +27,7 @@ use crate::{
 /// The largest size of a grid's file, in bytes.
 const LIMIT: u64 = 1 << 20;
 
-pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
+pub fn run(tasks: &impl MakeEnvs, args: &Args, file: &Path) -> anyhow::Result<bool> {
     let of_file = || format!("--grid {}", file.display());
     let text = read_text(file, LIMIT).with_context(of_file)?;
     let grid = Grid::parse(&text).with_context(of_file)?;
@@ -41,7 +43,7 @@ pub fn run(args: &Args, file: &Path) -> anyhow::Result<bool> {
     let runs = grid.runs(&choices, &folder)?;
     let put_off = signals.put_off();
     let shown = Shown::new(&runs, &signals)?;
-    let ended = run_grid(&runs, args.threads.get(), args.checkpoint_seconds, &shown);
+    let ended = run_grid(tasks, &runs, args.threads.get(), args.checkpoint_seconds, &shown);
     drop(put_off);
     shown.bar.finish_and_clear();
     let ended = ended?;
