@@ -70,7 +70,7 @@ class MadeFromSettings(Attributes):
 
     @attribute(IS_OF_THE_SCENE)
     def camera_names(self) -> tuple[str, ...]:
-        """The cameras: ``"free"``, which is not part of the model, and the model's."""
+        """The cameras, first ``"free"``, which is not part of the model, and then the model's."""
         return ("free", *self._native.camera_names())
 
     def draw(  # noqa: PLR0913
@@ -96,7 +96,7 @@ class MadeFromSettings(Attributes):
             samples: Samples per pixel, for smooth edges. 0 is the fastest.
 
         Returns:
-            An array with the top row first: ``uint8`` of shape (height, width, 3), ``float32`` of
+            An array with the top row first, ``uint8`` of shape (height, width, 3), ``float32`` of
             shape (height, width), or ``int32`` of shape (height, width, 2). The last has the id of
             the object in :attr:`FetchEnv.model` and its kind: 5 for a geom, 6 for a site, as in
             ``mujoco.mjtObj``; the sky is -1, -1. A vector's array has a leading axis, of the
