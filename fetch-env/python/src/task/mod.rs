@@ -9,12 +9,13 @@ use std::{ops::RangeInclusive, sync::Arc};
 use baselines::runs::MakeEnvs;
 use fetch_env::variation::{Factor, InterfaceFactor};
 use fetch_env::{
-    EnvError, FetchConfig, FetchEnv, FetchTask, GoalReward, MakeError, MujocoSimulator, NpRandom,
-    Task,
+    EnvError, FetchConfig, FetchEnv, FetchTask, GoalEnv, GoalReward, MakeError, ModelSource,
+    MujocoSimulator, NpRandom, Task,
     wrappers::{TimeLimit, Wrapped},
 };
 use goal_reward::{DistanceReward, GoalError, GoalPairs};
 
+use crate::config::Config;
 use crate::error::{Error, Result};
 
 pub(crate) use self::{own::OwnTask, sim::Sim, together::complete};
@@ -37,7 +38,11 @@ pub(crate) fn make(config: FetchConfig, own: Option<&Own>) -> Result<Simulated, 
     let reward = env.config().distance_reward().into();
     let task = AnyTask::BuiltIn(env.config().task());
     match own {
-        None => env.with_goal_reward(reward).with_task(task),
+        None => {
+            let symmetries = env.symmetries();
+            let env = env.with_goal_reward(reward).with_task(task);
+            env.map(|env| env.with_symmetries(symmetries))
+        }
         Some(own) => {
             let reward = AnyReward::Own(own.clone());
             env.with_goal_reward(reward).with_task(AnyTask::Own(own.clone()))
@@ -47,12 +52,19 @@ pub(crate) fn make(config: FetchConfig, own: Option<&Own>) -> Result<Simulated, 
 
 /// Makes the environments of runs: of the task in Python, if there is one.
 #[derive(Clone, Default)]
-pub(crate) struct AnyTasks(pub(crate) Option<Own>);
+pub(crate) struct AnyTasks(Option<(Own, ModelSource)>);
 
 impl AnyTasks {
+    /// Makes environments with the settings' task. A task in Python also has their model, with the
+    /// bodies of its own, which the description of a run leaves out.
+    pub(crate) fn of(config: &Config) -> Self {
+        let own = config.own(false);
+        Self(own.map(|own| (own, config.config.sim().model().clone())))
+    }
+
     /// Raises the exception of a reward, if there was one since the last call.
     pub(crate) fn check(&self) -> Result<()> {
-        self.0.as_ref().map_or(Ok(()), |own| own.task.check())
+        self.0.as_ref().map_or(Ok(()), |(own, _)| own.task.check())
     }
 }
 
@@ -60,11 +72,15 @@ impl MakeEnvs for AnyTasks {
     type Env = Limited;
 
     fn task(&self) -> Option<&str> {
-        self.0.as_ref().map(|own| own.task.name())
+        self.0.as_ref().map(|(own, _)| own.task.name())
     }
 
     fn make(&self, config: FetchConfig) -> Result<Limited, MakeError> {
-        Ok(make(config, self.0.as_ref())?.time_limited())
+        let env = match &self.0 {
+            None => make(config, None),
+            Some((own, model)) => make(config.with_model(model.clone()), Some(own)),
+        };
+        Ok(env?.time_limited())
     }
 }
 

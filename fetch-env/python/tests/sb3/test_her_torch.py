@@ -4,6 +4,9 @@ import runpy
 from pathlib import Path
 
 import fetch_env
+import pytest
+
+pytest.importorskip("torch")
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "her_torch.py"
 
