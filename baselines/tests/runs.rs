@@ -11,11 +11,11 @@ use std::path::Path;
 
 use baselines::learn::{CurveRow, Preset, TrainSettings, Trainer};
 use baselines::runs::{
-    BuiltInTasks, FolderError, Grid, GridError, GridFolder, Group, NewRun, Ready, RunDescription,
-    RunFolder, RunModel, RunPlan, RunsError,
+    BuiltInTasks, FolderError, Grid, GridError, GridFolder, Group, MakeEnvs, NewRun, Ready,
+    RunDescription, RunFolder, RunModel, RunPlan, RunsError,
 };
 use baselines::workers::OneProcess;
-use fetch_env::{EnvId, FetchConfig, ModelSource, MujocoEnv, Task};
+use fetch_env::{EnvId, FetchConfig, MakeError, ModelSource, MujocoEnv, Task, make};
 use tempfile::tempdir;
 
 type Result<T = (), E = Box<dyn Error>> = std::result::Result<T, E>;
@@ -227,6 +227,41 @@ fn a_run_begins_or_is_resumed_and_is_no_other() -> Result {
     let policies = [trainer, other].map(|trainer| trainer.policy("FetchReach-v4"));
     let [first, second] = policies.map(|policy| policy.unwrap().to_bytes().unwrap());
     assert!(first == second);
+    Ok(())
+}
+
+/// Makes environments of a task that is not built in, by its name.
+struct Own(&'static str);
+
+impl MakeEnvs for Own {
+    type Env = MujocoEnv;
+
+    fn task(&self) -> Option<&str> {
+        Some(self.0)
+    }
+
+    fn make(&self, config: FetchConfig) -> Result<MujocoEnv, MakeError> {
+        make(config)
+    }
+}
+
+#[test]
+fn a_run_goes_on_with_its_own_task_alone() -> Result {
+    let folder = tempdir()?;
+    let description = RunDescription::new(reach(), Preset::Fast, 7);
+    let new = NewRun { description, settings: short()?, start: None, overwrite: false };
+    let begun = new
+        .begin(&Own("Lift"), folder.path(), 1, Box::new(OneProcess), |_| Ok::<_, RunsError>(()))?;
+    assert_eq!(begun.folder.description().title(), "Lift");
+    drop(begun);
+    let other = Ready::resume(&Own("Stack"), folder.path(), 1);
+    for refused in [other, Ready::resume(&BuiltInTasks, folder.path(), 1)] {
+        assert!(
+            matches!(&refused, Err(RunsError::OtherTask { task, .. }) if task == "Lift"),
+            "{refused:?}"
+        );
+    }
+    Ready::resume(&Own("Lift"), folder.path(), 1)?;
     Ok(())
 }
 

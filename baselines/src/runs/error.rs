@@ -138,6 +138,18 @@ pub enum RunsError {
     /// A checkpoint cannot be saved or resumed.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    /// The run in a folder has another task than the environments.
+    #[error(
+        "the run in {} has the task {task}: continue it where environments of this task are made, or \
+         choose another folder",
+        folder.display()
+    )]
+    OtherTask {
+        /// The folder.
+        folder: PathBuf,
+        /// The task's name, or the environment's if the task is built in.
+        task: String,
+    },
     /// An environment cannot be made.
     #[error(transparent)]
     Make(#[from] MakeError),

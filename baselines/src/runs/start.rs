@@ -161,7 +161,7 @@ impl<E: RunEnv> Ready<E> {
     ///
     /// # Errors
     /// [`RunsError`] if there is no run to resume, another process writes there, or the checkpoint
-    /// is damaged, and [`CheckpointError::OtherSettings`] if the run has another task.
+    /// is damaged, and [`RunsError::OtherTask`] if `tasks` makes environments of another task.
     pub fn resume_with_workers(
         tasks: &impl MakeEnvs<Env = E>,
         path: impl AsRef<Path>,
@@ -190,11 +190,8 @@ impl<E: RunEnv> Ready<E> {
         };
         let description = folder.description();
         if description.task.as_deref() != tasks.task() {
-            let what = match &description.task {
-                Some(task) => format!("the task {task}"),
-                None => "a task that is built in".to_owned(),
-            };
-            return Err(CheckpointError::OtherSettings { folder: path.to_owned(), what }.into());
+            let (folder, task) = (path.to_owned(), description.title());
+            return Err(RunsError::OtherTask { folder, task });
         }
         let make = maker(tasks, description.config());
         let (trainer, resumed) = Trainer::resume_with_workers(make, path, num_threads, workers)?;

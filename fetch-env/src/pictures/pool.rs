@@ -60,7 +60,7 @@ impl RendererPool {
         })
     }
 
-    /// Calls `draw` with a renderer that nobody else uses meanwhile. Without one `env` makes it.
+    /// Lends an idle renderer to `draw`. If none is idle, `env` makes one.
     pub(super) fn lend<E: RenderEnv, T>(
         &self,
         env: &E,
