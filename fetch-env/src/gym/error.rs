@@ -1,6 +1,6 @@
 //! Errors of environments.
 
-use std::{error::Error, sync::Arc};
+use std::{error::Error, ops::RangeInclusive, sync::Arc};
 
 use fetch_sim::SimError;
 
@@ -96,6 +96,18 @@ pub enum EnvError {
         /// Why it does not fit, and what to do.
         reason: &'static str,
     },
+    /// A setting of a wrapper is out of range.
+    #[error("{name} is {value:?}: pass a number from {least} to {most}")]
+    SettingOutside {
+        /// Name of the setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// The smallest valid value.
+        least: f64,
+        /// The largest valid value.
+        most: f64,
+    },
     /// A snapshot of another environment.
     #[error(
         "the snapshot does not fit this environment ({reason}): restore it into one made the same \
@@ -186,4 +198,17 @@ impl EnvError {
         matches!(self, OptionLength { .. } | OptionOutside { .. } | OptionUnfit { .. })
             || matches!(self.downcast_ref(), Some(SimError::NoObject { .. }))
     }
+}
+
+/// Checks a setting of a wrapper.
+pub(super) fn check_setting(
+    name: &'static str,
+    value: f64,
+    range: RangeInclusive<f64>,
+) -> Result<(), EnvError> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    let (least, most) = range.into_inner();
+    Err(EnvError::SettingOutside { name, value, least, most })
 }

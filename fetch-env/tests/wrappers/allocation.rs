@@ -4,9 +4,9 @@ use allocation_counter::measure;
 use fetch_env::{
     ActionElement, BoxSpace, Env, EnvError, EnvExt, FetchObservation,
     wrappers::{
-        ActionRepeat, ClipAction, FilterObservation, FlattenObservation, FrameStack,
-        NormalizeObservation, RecordEpisodeStatistics, RescaleAction, TimeAwareObservation,
-        TransformObservation,
+        ActionNoise, ActionRepeat, ClipAction, DelayAction, DelayObservation, FilterObservation,
+        FlattenObservation, FrameStack, LowPassAction, NormalizeObservation, ObservationNoise,
+        RecordEpisodeStatistics, RescaleAction, TimeAwareObservation, TransformObservation,
     },
 };
 
@@ -48,6 +48,11 @@ fn no_step_allocates() -> Result {
     ensure_free_of_allocation(push()?.wrap(RescaleAction::new(-2.0, 2.0)))?;
     ensure_free_of_allocation(push()?.wrap(ClipAction::new()))?;
     ensure_free_of_allocation(push()?.wrap(ActionRepeat::new(TWICE)))?;
+    ensure_free_of_allocation(push()?.wrap(LowPassAction::new(0.5)))?;
+    ensure_free_of_allocation(push()?.wrap(ActionNoise::new(0.1, 7)))?;
+    ensure_free_of_allocation(push()?.wrap(DelayAction::new(3)))?;
+    ensure_free_of_allocation(push()?.wrap(ObservationNoise::new(0.1, 7)))?;
+    ensure_free_of_allocation(push()?.wrap(DelayObservation::new(3)))?;
     let flat = push()?.wrap(RecordEpisodeStatistics::new())?.wrap(FlattenObservation::new())?;
     ensure_free_of_allocation(flat.wrap(NormalizeObservation::new())?.wrap(FrameStack::new(FRAMES)))
 }

@@ -9,8 +9,9 @@ use fetch_env::{
     make_kinematic,
     vec_env::{AutoresetMode, Rows, VecConfig},
     wrappers::{
-        ActionRepeat, ClipAction, FilterObservation, FlattenObservation, FrameStack,
-        NormalizeObservation, RecordEpisodeStatistics, RescaleAction, RunningStatistics,
+        ActionNoise, ActionRepeat, ClipAction, DelayAction, DelayObservation, FilterObservation,
+        FlattenObservation, FrameStack, LowPassAction, NormalizeObservation, ObservationNoise,
+        RecordEpisodeStatistics, RescaleAction, RunningStatistics, ScaleAction,
         TimeAwareObservation, TimeLimit, TransformObservation, TransformReward,
     },
 };
@@ -123,9 +124,21 @@ laws! {
     repeated_actions: check_all(options().with_max_episode_steps(std::num::NonZeroU32::new(25))),
         push()?.wrap(ActionRepeat::new(TWICE));
 
+    scaled_actions: check_goal_env(options()), push()?.wrap(ScaleAction::new(0.5));
+    smoothed_actions: check_goal_env(options()), push()?.wrap(LowPassAction::new(0.25));
+    noisy_actions: check_goal_env(options()), push()?.wrap(ActionNoise::new(0.1, 7));
+    delayed_actions: check_goal_env(options()), push()?.wrap(DelayAction::new(2));
+    noisy_observations: check_goal_env(options()), push()?.wrap(ObservationNoise::new(0.1, 7));
+    delayed_observations: check_goal_env(options()), push()?.wrap(DelayObservation::new(2));
+
     goals_through_four_wrappers: check_goal_env(options()), {
         let env = push()?.wrap(ClipAction::new())?.wrap(RecordEpisodeStatistics::new())?;
         env.wrap(FrameStack::new(FRAMES))?.wrap(TimeAwareObservation::new(STEPS))
+    };
+    goals_through_everything_between_a_policy_and_the_robot: check_goal_env(options()), {
+        let env = push()?.wrap(DelayAction::new(1))?.wrap(ActionNoise::new(0.05, 1))?;
+        let env = env.wrap(ScaleAction::new(0.8))?.wrap(LowPassAction::new(0.5))?;
+        env.wrap(ObservationNoise::new(0.01, 2))?.wrap(DelayObservation::new(1))
     };
     goals_through_four_others: check_goal_env(options()), {
         let env = push()?.wrap(RescaleAction::new(-1.0, 1.0))?;

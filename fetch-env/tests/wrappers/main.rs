@@ -2,6 +2,7 @@
 
 mod allocation;
 mod effects;
+mod interface;
 mod laws;
 mod refusals;
 mod rewards;

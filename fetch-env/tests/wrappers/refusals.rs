@@ -8,9 +8,9 @@ use fetch_env::{
     Step, TimeLimit, make_kinematic,
     spaces::SpaceError,
     wrappers::{
-        FilterObservation, FlattenObservation, FrameStack, NormalizeObservation,
-        RecordEpisodeStatistics, RescaleAction, Resetting, RunningStatistics, TimeAwareObservation,
-        Wrapper,
+        DelayAction, DelayObservation, FilterObservation, FlattenObservation, FrameStack,
+        LowPassAction, NormalizeObservation, RecordEpisodeStatistics, RescaleAction, Resetting,
+        RunningStatistics, TimeAwareObservation, Wrapper,
     },
 };
 
@@ -107,6 +107,9 @@ fn numbers_that_no_wrapper_can_have_are_refused_and_change_nothing() -> Result {
     }
     const BEYOND: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
     refuse_each(push()?.wrap(FrameStack::new(FRAMES)), &[f64::NAN])?;
+    refuse_each(push()?.wrap(DelayObservation::new(2)), &[f64::NAN])?;
+    refuse_each(push()?.wrap(DelayAction::new(2)), &BEYOND)?;
+    refuse_each(push()?.wrap(LowPassAction::new(0.5)), &BEYOND)?;
     refuse_each(push()?.wrap(NormalizeObservation::new()), &BEYOND)?;
     refuse_each(push()?.wrap(RecordEpisodeStatistics::new()), &BEYOND)
 }

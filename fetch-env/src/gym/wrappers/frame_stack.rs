@@ -1,4 +1,4 @@
-//! The last few observations as one.
+//! The last few observations: stacked into one, or the oldest of them.
 
 use std::num::NonZeroUsize;
 
@@ -37,8 +37,7 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 #[derive(Clone, Debug)]
 pub struct FrameStack<T = f64> {
     num_frames: NonZeroUsize,
-    /// The last vectors, the oldest first.
-    frames: Vec<T>,
+    frames: Frames<T>,
     vectors: Vectors<T>,
 }
 
@@ -50,7 +49,7 @@ impl<T: Element> FrameStack<T> {
     /// vector of the observations' type.
     #[must_use]
     pub fn new(num_frames: NonZeroUsize) -> Self {
-        Self { num_frames, frames: Vec::new(), vectors: Vectors::new() }
+        Self { num_frames, frames: Frames(Vec::new()), vectors: Vectors::new() }
     }
 
     /// Makes room for the stacked vectors, and their space.
@@ -59,7 +58,7 @@ impl<T: Element> FrameStack<T> {
         let shape = [&[num_frames], vector.shape()].concat();
         num_elements(&shape)?;
         let (low, high) = (vector.low().repeat(num_frames), vector.high().repeat(num_frames));
-        self.frames = vec![T::default(); low.len()];
+        self.frames = Frames(vec![T::default(); low.len()]);
         BoxSpace::new(shape, low, high)
     }
 
@@ -70,14 +69,8 @@ impl<T: Element> FrameStack<T> {
     ) -> Result<O::Replaced<T>, EnvError> {
         let vector = observation.vector();
         self.vectors.check(vector)?;
-        if !is_first {
-            self.frames.copy_within(vector.len().., 0);
-        }
-        let replaced = if is_first { 0 } else { self.frames.len() - vector.len() };
-        for frame in self.frames[replaced..].chunks_exact_mut(vector.len().max(1)) {
-            frame.copy_from_slice(vector);
-        }
-        let frames = &self.frames;
+        self.frames.push(vector, is_first);
+        let frames = &self.frames.0;
         Ok(self.vectors.replace(observation, |_, array| array.copy_from_slice(frames)))
     }
 }
@@ -88,25 +81,113 @@ impl<T: Element + Serialize + DeserializeOwned> SnapshotWrapper for FrameStack<T
     type State = Vec<T>;
 
     fn state(&self) -> Vec<T> {
-        self.frames.clone()
+        self.frames.0.clone()
     }
 
     fn check_state(&self, state: &Vec<T>) -> Result<(), EnvError> {
-        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
-        let (theirs, ours) = (state.len(), self.frames.len());
-        if theirs != ours {
-            return foreign(format!(
-                "its stacked observations have {theirs} elements, these have {ours}"
-            ));
-        }
-        // Nor does any space contain NaN.
-        if state.iter().any(|&element| element.into().is_nan()) {
-            return foreign("its stacked observations contain NaN".into());
-        }
-        Ok(())
+        self.frames.check_state(state)
     }
 
     fn set_state(&mut self, state: &Vec<T>) {
-        self.frames.clone_from(state);
+        self.frames.0.clone_from(state);
+    }
+}
+
+/// Observes the vector of some steps ago. Until there is one, it observes the first of the episode.
+///
+/// In goal-conditioned observations it delays the part `observation`; the goals, and so the rewards,
+/// are the current ones. Observations reuse memory; a step allocates nothing unless many
+/// observations are kept.
+///
+/// ```
+/// use fetch_env::{Env, EnvExt, GoalObservation, make_kinematic, wrappers::DelayObservation};
+///
+/// let mut env = make_kinematic("FetchReach-v4")?.wrap(DelayObservation::new(1))?;
+/// let first = env.reset(Some(0))?.observation;
+/// let second = env.step(&[1.0, 0.0, 0.0, 0.0])?.observation;
+/// assert_eq!(second.observation(), first.observation());
+/// assert_ne!(second.achieved_goal(), first.achieved_goal());
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct DelayObservation<T = f64> {
+    steps: u8,
+    frames: Frames<T>,
+    vectors: Vectors<T>,
+}
+
+impl<T: Element> DelayObservation<T> {
+    /// Delays observations by `steps`, where 0 changes nothing.
+    ///
+    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space
+    /// has no vector of the observations' type.
+    #[must_use]
+    pub fn new(steps: u8) -> Self {
+        Self { steps, frames: Frames(Vec::new()), vectors: Vectors::new() }
+    }
+
+    fn observe<O: VectorObservation<Element = T>>(
+        &mut self,
+        observation: O,
+        is_first: bool,
+    ) -> Result<O::Replaced<T>, EnvError> {
+        self.vectors.check(observation.vector())?;
+        self.frames.push(observation.vector(), is_first);
+        let frames = &self.frames.0;
+        Ok(self.vectors.replace(observation, |_, array| {
+            array.copy_from_slice(&frames[..array.len()]);
+        }))
+    }
+}
+
+vector_wrapper!(DelayObservation, |wrapper, vector| {
+    wrapper.frames = Frames(vec![T::default(); (usize::from(wrapper.steps) + 1) * vector.len()]);
+    Ok(vector.clone())
+});
+
+impl<T: Element + Serialize + DeserializeOwned> SnapshotWrapper for DelayObservation<T> {
+    type State = Vec<T>;
+
+    fn state(&self) -> Vec<T> {
+        self.frames.0.clone()
+    }
+
+    fn check_state(&self, state: &Vec<T>) -> Result<(), EnvError> {
+        self.frames.check_state(state)
+    }
+
+    fn set_state(&mut self, state: &Vec<T>) {
+        self.frames.0.clone_from(state);
+    }
+}
+
+/// The last vectors, the oldest first.
+#[derive(Clone, Debug)]
+struct Frames<T>(Vec<T>);
+
+impl<T: Element> Frames<T> {
+    /// Adds a vector in place of the oldest one; the first vector of an episode in place of all.
+    fn push(&mut self, vector: &[T], is_first: bool) {
+        let Self(frames) = self;
+        if !is_first {
+            frames.copy_within(vector.len().., 0);
+        }
+        let replaced = if is_first { 0 } else { frames.len() - vector.len() };
+        for frame in frames[replaced..].chunks_exact_mut(vector.len().max(1)) {
+            frame.copy_from_slice(vector);
+        }
+    }
+
+    fn check_state(&self, state: &[T]) -> Result<(), EnvError> {
+        let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
+        let (theirs, ours) = (state.len(), self.0.len());
+        if theirs != ours {
+            return foreign(format!("its last observations have {theirs} elements, these {ours}"));
+        }
+        // Nor does any space contain NaN.
+        if state.iter().any(|&element| element.into().is_nan()) {
+            return foreign("its last observations contain NaN".into());
+        }
+        Ok(())
     }
 }

@@ -16,6 +16,9 @@
 //! | [`RescaleAction`] | takes actions between other bounds | yes |
 //! | [`ClipAction`] | clips actions to the action space | yes |
 //! | [`ActionRepeat`] | takes each action several times | no |
+//! | [`ScaleAction`], [`LowPassAction`] | multiplies or smooths actions | yes |
+//! | [`ActionNoise`], [`ObservationNoise`] | adds normal noise | yes |
+//! | [`DelayAction`], [`DelayObservation`] | delays by some steps | yes |
 //!
 //! With the feature `render` there are `AddRenderObservation` and `PixelsOnly`, and with `clip`
 //! `RecordVideo`, at the root of the crate. [`Wrapper`] shows how to write your own.
@@ -52,10 +55,12 @@
 
 mod action;
 pub(crate) mod array;
+mod changed_action;
 mod filter;
 mod flatten;
 mod frame_stack;
 pub(crate) mod macros;
+mod noise;
 mod normalize;
 mod statistics;
 mod time_aware;
@@ -69,9 +74,11 @@ pub(crate) mod wrapper;
 pub use self::{
     action::{ActionRepeat, ClipAction, RescaleAction},
     array::SharedArray,
+    changed_action::{ActionNoise, ChangedAction, DelayAction, LowPassAction, ScaleAction},
     filter::FilterObservation,
     flatten::FlattenObservation,
-    frame_stack::FrameStack,
+    frame_stack::{DelayObservation, FrameStack},
+    noise::ObservationNoise,
     normalize::{NormalizeObservation, RunningStatistics},
     statistics::{EpisodeInfo, EpisodeStatistics, RecordEpisodeStatistics},
     time_aware::TimeAwareObservation,
