@@ -122,13 +122,12 @@ pub use fetch::{
     config::FetchConfig,
     env::FetchEnv,
     env_id::EnvId,
-    error::MakeError,
+    error::{MakeError, StartError},
     kinematic::{KinematicEnv, make_kinematic, make_kinematic_vec},
     layout::{ObservationField, observation_fields},
     observation::FetchObservation,
     reset::FetchResetOptions,
     snapshot::FetchSnapshot,
-    start::StartError,
     task::FetchTask,
 };
 pub use gym::{
@@ -155,8 +154,8 @@ pub use pictures::clip::record_video::{RecordVideo, VideoFormat};
 #[cfg(feature = "render")]
 pub use pictures::{
     frames::PixelOptions,
-    pixel_rows::{PictureRows, PixelRows, Pixels},
-    pixels::{AddRenderObservation, PixelObservation, PixelsOnly},
+    observations::{PictureRows, PixelObservation, PixelRows, Pixels},
+    pixels::{AddRenderObservation, PixelsOnly},
     render::RenderEnv,
     view::View,
 };

@@ -18,7 +18,7 @@ use crate::trained::SuccessRate;
 use crate::workers::share;
 
 /// The first seed of the final evaluation, whose seeds no training and no other evaluation uses.
-pub(super) const FINAL_SEED: u64 = 1 << 50;
+const FINAL_SEED: u64 = 1 << 50;
 /// The number of environments that it steps together.
 const FINAL_ENVS: usize = 20;
 

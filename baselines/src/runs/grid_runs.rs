@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use super::curve::CurveLine;
 use super::description::RunDescription;
 use super::envs::MakeEnvs;
 use super::error::{GridError, RunsError};
@@ -17,6 +16,7 @@ use super::grid::{Choice, Grid};
 use super::grid_folder::GridFolder;
 use super::plan::{RunPlan, target_of};
 use super::start::{NewRun, Ready};
+use super::table::GridEnd;
 use crate::learn::{CurveRow, TrainSettings, Trainer};
 use crate::workers::OneProcess;
 
@@ -64,20 +64,6 @@ impl Grid {
         }
         Ok(runs)
     }
-}
-
-/// How a run ended, if it was not stopped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GridEnd {
-    /// It has reached its steps or its target.
-    Finished {
-        /// The success rate of the final evaluation.
-        success_rate: f64,
-        /// The evaluation with which the target was reached.
-        reached: Option<CurveLine>,
-    },
-    /// Its losses or its weights are not finite.
-    Diverged,
 }
 
 /// When and how a run ended.

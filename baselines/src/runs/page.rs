@@ -3,13 +3,12 @@
 use super::description::RunDescription;
 use super::envs::MakeEnvs;
 use super::error::RunsError;
-use super::finish::FINAL_SEED;
 use crate::learn::{CurveRow, TrainSettings};
 use crate::page::{Axis, Document, Ink, PageError, Playback, Plot, escape};
 use crate::trained::TrainedPolicy;
 
-/// The seeds of the episodes that are played back.
-const PLAYED: [u64; 3] = [FINAL_SEED, FINAL_SEED + 1, FINAL_SEED + 2];
+/// The number of episodes of the final evaluation that are played back.
+const NUM_PLAYED: u64 = 3;
 
 /// Returns the page.
 pub(super) fn html(
@@ -24,7 +23,8 @@ pub(super) fn html(
     page.section("curve", "Learning curve", &curves(rows, settings)?);
     let mut env = tasks.make(description.config())?;
     let mut episodes = String::new();
-    for seed in PLAYED {
+    let first_seed = policy.header().success.map_or(0, |success| success.first_seed);
+    for seed in first_seed..first_seed + NUM_PLAYED {
         let playback = Playback::record(&mut env, &mut policy, seed, |_, _, _| ())?;
         let name = format!("The learned policy, seed {seed}");
         episodes += &playback.with_title(&name).html()?;

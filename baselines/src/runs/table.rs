@@ -5,8 +5,21 @@ use std::io;
 use super::curve::CurveLine;
 use super::error::GridError;
 use super::grid::{Choice, Grid};
-use super::grid_runs::GridEnd;
 use crate::statistics::Estimate;
+
+/// How a run ended, if it was not stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GridEnd {
+    /// It has reached its steps or its target.
+    Finished {
+        /// The success rate of the final evaluation.
+        success_rate: f64,
+        /// The evaluation with which the target was reached.
+        reached: Option<CurveLine>,
+    },
+    /// Its losses or its weights are not finite.
+    Diverged,
+}
 
 /// Interquartile means over the seeds, with their 95 % bootstrap intervals.
 #[derive(Clone, Debug)]

@@ -5,7 +5,6 @@ use std::convert::Infallible;
 use fetch_sim::{SimError, Task};
 use goal_reward::ThresholdError;
 
-use super::start::StartError;
 use super::variation::error::VariationError;
 use crate::gym::{error::EnvError, spaces::error::SpaceError, vec_env::error::VecEnvError};
 
@@ -99,6 +98,31 @@ pub enum MakeError {
 }
 
 debug_as_display!(MakeError);
+
+/// Error returned by a reset for a start that is impossible.
+#[derive(Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The gripper does not get to where it should start.
+    #[error(
+        "the gripper gets from {from:?} to {reached:?} and not to the option gripper_position: \
+         choose a point above the table and within the arm's reach"
+    )]
+    OutOfReach {
+        /// Where the scene has settled, in meters.
+        from: [f64; 3],
+        /// Where it stopped, in meters.
+        reached: [f64; 3],
+    },
+    /// The object slipped out of the hand.
+    #[error(
+        "the object slips out of the hand at the option object_in_gripper: choose a \
+         gripper_position above the table, and an object that fits between the fingers"
+    )]
+    Slipped,
+}
+
+debug_as_display!(StartError);
 
 /// A [`FetchConfig`](super::config::FetchConfig) needs no conversion that could fail.
 impl From<Infallible> for MakeError {

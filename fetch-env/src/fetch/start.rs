@@ -3,6 +3,7 @@
 use fetch_sim::{Control, SimError, Simulator};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::error::StartError;
 use super::reset::FetchResetOptions;
 use crate::gym::error::EnvError;
 
@@ -25,31 +26,6 @@ const CLOSING: usize = 8;
 /// Steps in which the fingers alone hold the object, and how far it may slip in them, in meters.
 const HOLDING: usize = 4;
 const SLIP: f64 = 0.02;
-
-/// Error returned by a reset for a start that is impossible.
-#[derive(Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// The gripper does not get to where it should start.
-    #[error(
-        "the gripper gets from {from:?} to {reached:?} and not to the option gripper_position: \
-         choose a point above the table and within the arm's reach"
-    )]
-    OutOfReach {
-        /// Where the scene has settled, in meters.
-        from: [f64; 3],
-        /// Where it stopped, in meters.
-        reached: [f64; 3],
-    },
-    /// The object slipped out of the hand.
-    #[error(
-        "the object slips out of the hand at the option object_in_gripper: choose a \
-         gripper_position above the table, and an object that fits between the fingers"
-    )]
-    Slipped,
-}
-
-debug_as_display!(StartError);
 
 /// Arranges the start that options ask for in a simulator that has just been reset. Without such
 /// options nothing changes.

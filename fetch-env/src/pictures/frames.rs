@@ -1,11 +1,12 @@
 //! The pictures of an environment: drawing, stacking and reusing them.
 
-use std::{collections::VecDeque, num::NonZeroU8, ops::Range, sync::Arc};
+use std::{collections::VecDeque, num::NonZeroU8, sync::Arc};
 
 use fetch_sim::RenderOptions;
 use serde::{Deserialize, Serialize};
 
-use super::{pixel_rows::Pixels, render::RenderEnv, view::View};
+use super::observations::{Layout, Pixels};
+use super::{render::RenderEnv, view::View};
 use crate::gym::spaces::{DictSpace, ImageSpace, Space, error::SpaceError, num_elements};
 use crate::gym::wrappers::array::ArrayPool;
 use crate::gym::{env::Env, error::EnvError};
@@ -102,9 +103,6 @@ impl PixelOptions {
         })
     }
 }
-
-/// The key of each view, and its bytes among those of all.
-pub(super) type Layout = [(Option<String>, Range<usize>)];
 
 /// Draws an environment and stacks the last frames.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ pub mod clip;
 #[cfg(feature = "render")]
 pub(crate) mod frames;
 #[cfg(feature = "render")]
-pub(crate) mod pixel_rows;
+pub(crate) mod observations;
 #[cfg(feature = "render")]
 pub(crate) mod pixels;
 #[cfg(feature = "render")]

@@ -1,9 +1,8 @@
 //! Observations with pictures, or of pictures alone.
 
 use super::frames::{Pictures, PixelOptions};
-use super::pixel_rows::Pixels;
+use super::observations::{PIXELS, PixelObservation, Pixels, STATE};
 use super::render::RenderEnv;
-use crate::gym::env::observation::GoalObservation;
 use crate::gym::env::{ActionElement, Reset, Step};
 use crate::gym::spaces::{DictSpace, Space};
 use crate::gym::wrappers::{
@@ -37,21 +36,6 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// ```
 #[derive(Debug)]
 pub struct AddRenderObservation(Pictures);
-
-/// Key of the pictures in the space.
-pub(super) const PIXELS: &str = "pixels";
-/// Key of the state in the space, if the state is not a dictionary itself.
-pub(super) const STATE: &str = "state";
-
-/// Observation of an [`AddRenderObservation`].
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct PixelObservation<O> {
-    /// The pictures.
-    pub pixels: Pixels,
-    /// Observation of the wrapped environment.
-    pub state: O,
-}
 
 impl AddRenderObservation {
     /// Adds pictures as `options` describe them.
@@ -174,24 +158,3 @@ picture_wrapper!(
 picture_wrapper!(PixelsOnly, Pixels, |_, pixels| Ok(pixels), |_, pixels| pixels);
 
 impl KeepsGoals for AddRenderObservation {}
-
-/// The vectors are those of the state; the pixels are a field.
-impl<O: GoalObservation> GoalObservation for PixelObservation<O> {
-    type Element = O::Element;
-
-    fn observation(&self) -> &[O::Element] {
-        self.state.observation()
-    }
-
-    fn achieved_goal(&self) -> &[f64] {
-        self.state.achieved_goal()
-    }
-
-    fn desired_goal(&self) -> &[f64] {
-        self.state.desired_goal()
-    }
-
-    fn position(observation: &[Self::Element]) -> Option<[f64; 3]> {
-        O::position(observation)
-    }
-}

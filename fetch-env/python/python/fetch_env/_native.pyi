@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self, Unpack
 
 from .acting import Act
-from .env import Observation
 from .kinds import OtherKind
 from .rewards import Reward, Terminated
 from .settings import EpisodeOptions, Settings
+from .spaces import Observation
 
 REFERENCE_VERSION: str
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from . import _native
-    from .env import Observation
+    from .spaces import Observation
 
 
 class Adding:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import gymnasium
 import numpy as np
@@ -16,6 +16,7 @@ from .mujoco_renderer import MujocoRenderer
 from .numbering import StepNumbers
 from .settings import make_config
 from .simulation import Simulated
+from .spaces import Observation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,11 +26,6 @@ if TYPE_CHECKING:
 
     from ._native import Env
     from .settings import EpisodeOptions, Settings
-
-#: ``observation`` (10 numbers in Reach, 25 elsewhere), ``achieved_goal`` and ``desired_goal``
-#: (x, y, z in meters), all ``float64``.
-Observation: TypeAlias = "dict[str, NDArray[np.float64]]"
-
 
 #: Settings without an effect in Reach.
 NEED_AN_OBJECT = ("obj_range", "target_offset", "target_in_the_air")

@@ -10,8 +10,6 @@ from .made import RENDER_MODES
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from .env import FetchEnv
-
 
 @dataclasses.dataclass
 class MujocoRenderer:
@@ -20,7 +18,7 @@ class MujocoRenderer:
     Assigned values count from the next picture on, also in :meth:`fetch_env.FetchEnv.render`.
     """
 
-    _env: FetchEnv
+    _env: Any
     width: int
     height: int
     camera_id: int

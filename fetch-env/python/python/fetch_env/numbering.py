@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 if TYPE_CHECKING:
-    from .env import Observation
+    from .spaces import Observation
 
 #: Where the info of a step has its number.
 KEY = "fetch_env.step"

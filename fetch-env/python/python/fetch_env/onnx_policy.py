@@ -15,7 +15,7 @@ from .spaces import PARTS
 if TYPE_CHECKING:
     import os
 
-    from .policy import Weights
+    from .weights import Weights
 
 #: Versions of 2020, which all runtimes read.
 OPSET, IR_VERSION = 13, 7

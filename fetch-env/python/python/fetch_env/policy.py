@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,21 +16,8 @@ if TYPE_CHECKING:
     import torch
     from numpy.typing import NDArray
 
-    from .env import Observation
-
-
-class Weights(TypedDict):
-    """A policy as numpy arrays; see :meth:`fetch_env.Policy.weights`."""
-
-    inputs: list[str]
-    """What the network gets, one after the other: ``"observation"``, ``"achieved_goal"``,
-    ``"desired_goal"``, or ``"relative_goal"``, the desired goal minus the achieved one."""
-    mean: NDArray[np.float64]
-    std: NDArray[np.float64]
-    clip: NDArray[np.float64]
-    """The largest normalized element of each input."""
-    layers: list[tuple[NDArray[np.float32], NDArray[np.float32]]]
-    """Weights of shape (inputs, outputs), and biases."""
+    from .spaces import Observation
+    from .weights import Weights
 
 
 class Policy:

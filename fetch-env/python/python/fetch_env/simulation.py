@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ._native import Config, Env
-    from .env import Observation
+    from .spaces import Observation
 
 #: What is found by name or id in a model and in data, and the name of its number.
 PARTS = {

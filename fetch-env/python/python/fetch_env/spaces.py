@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import gymnasium
 import numpy as np
@@ -10,7 +10,13 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from ._native import Config
+
+#: ``observation`` (10 numbers in Reach, 25 elsewhere), ``achieved_goal`` and ``desired_goal``
+#: (x, y, z in meters), all ``float64``.
+Observation: TypeAlias = "dict[str, NDArray[np.float64]]"
 
 #: dx, dy, dz, fingers.
 ACTION_LEN = 4

@@ -11,7 +11,7 @@ except ModuleNotFoundError as error:
     raise ModuleNotFoundError(MESSAGE, name="torch") from error
 
 if TYPE_CHECKING:
-    from .policy import Weights
+    from .weights import Weights
 
 
 class TorchPolicy(torch.nn.Module):

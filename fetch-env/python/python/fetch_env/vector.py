@@ -11,10 +11,11 @@ from gymnasium.vector.utils import batch_space
 
 from . import _native, spaces
 from .attributes import Attribute, Attributes, absent, constant
-from .env import FetchEnv, Observation, generator, seed_of
+from .env import FetchEnv, generator, seed_of
 from .made import RENDER_MODES, MadeFromSettings
 from .rewards import TIME_LIMIT
 from .settings import make_config
+from .spaces import Observation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -6,7 +6,6 @@ use std::mem;
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::macros::keep;
-use super::noise::Noise;
 use super::wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
 use crate::gym::env::action_space::ActionSpace;
 use crate::gym::env::{Env, Reset, Step};
@@ -34,8 +33,8 @@ pub trait ActionChange: Debug {
     fn check_state(&self, state: &Self::State, len: usize) -> Result<(), String>;
 }
 
-/// Changes actions as `C` says: the type behind [`ScaleAction`], [`LowPassAction`], [`ActionNoise`]
-/// and [`DelayAction`].
+/// Changes actions as `C` says: the type behind [`ScaleAction`], [`LowPassAction`], [`DelayAction`]
+/// and [`ActionNoise`](super::ActionNoise).
 ///
 /// An action must belong to the inner environment's space; a changed one can lie outside its bounds.
 /// The Fetch environments clip it. Put another environment into a [`ClipAction`](super::ClipAction)
@@ -51,7 +50,7 @@ pub struct ChangedAction<C: ActionChange, T = f32> {
 }
 
 impl<C: ActionChange, T> ChangedAction<C, T> {
-    fn from_change(change: C) -> Self {
+    pub(super) fn from_change(change: C) -> Self {
         let state = change.initial_state();
         let next_state = state.clone();
         Self { change, state, next_state, elements: Vec::new(), action: Vec::new() }
@@ -285,33 +284,6 @@ impl ActionChange for Delay {
 
     fn check_state(&self, late: &Vec<f64>, len: usize) -> Result<(), String> {
         check_elements(late, usize::from(self.0) * len)
-    }
-}
-
-/// Adds normal noise to each element of actions.
-///
-/// Its generator begins anew with each seed that is passed to a reset, so that the same seed gives
-/// the same noise.
-///
-/// ```
-/// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::ActionNoise};
-///
-/// let mut env = make_kinematic("FetchReach-v4")?.wrap(ActionNoise::new(0.1, 7))?;
-/// env.reset(Some(0))?;
-/// let noisy = env.step(&[0.0; 4])?;
-/// env.reset(Some(0))?;
-/// assert_eq!(env.step(&[0.0; 4])?, noisy);
-/// # Ok::<(), fetch_env::EnvError>(())
-/// ```
-pub type ActionNoise<T = f32> = ChangedAction<Noise, T>;
-
-impl<T> ActionNoise<T> {
-    /// Adds noise of a standard deviation from 0 to 100, where 0 changes nothing.
-    /// [`wrap`](super::EnvExt::wrap) refuses another. Two wrappers with different seeds have
-    /// different noise in episodes with the same seed.
-    #[must_use]
-    pub fn new(standard_deviation: f64, seed: u64) -> Self {
-        Self::from_change(Noise::new(standard_deviation, seed))
     }
 }
 

@@ -74,11 +74,11 @@ pub(crate) mod wrapper;
 pub use self::{
     action::{ActionRepeat, ClipAction, RescaleAction},
     array::SharedArray,
-    changed_action::{ActionNoise, ChangedAction, DelayAction, LowPassAction, ScaleAction},
+    changed_action::{ChangedAction, DelayAction, LowPassAction, ScaleAction},
     filter::FilterObservation,
     flatten::FlattenObservation,
     frame_stack::{DelayObservation, FrameStack},
-    noise::ObservationNoise,
+    noise::{ActionNoise, ObservationNoise},
     normalize::{NormalizeObservation, RunningStatistics},
     statistics::{EpisodeInfo, EpisodeStatistics, RecordEpisodeStatistics},
     time_aware::TimeAwareObservation,

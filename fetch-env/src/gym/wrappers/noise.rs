@@ -1,6 +1,6 @@
 //! Normal noise on observations and actions.
 
-use super::changed_action::ActionChange;
+use super::changed_action::{ActionChange, ChangedAction};
 use super::macros::keep;
 use super::vector::VectorObservation;
 use super::vectors::Vectors;
@@ -56,6 +56,33 @@ impl ActionChange for Noise {
 
     fn check_state(&self, _random: &NpRandom, _len: usize) -> Result<(), String> {
         Ok(())
+    }
+}
+
+/// Adds normal noise to each element of actions.
+///
+/// Its generator begins anew with each seed that is passed to a reset, so that the same seed gives
+/// the same noise.
+///
+/// ```
+/// use fetch_env::{Env, EnvExt, make_kinematic, wrappers::ActionNoise};
+///
+/// let mut env = make_kinematic("FetchReach-v4")?.wrap(ActionNoise::new(0.1, 7))?;
+/// env.reset(Some(0))?;
+/// let noisy = env.step(&[0.0; 4])?;
+/// env.reset(Some(0))?;
+/// assert_eq!(env.step(&[0.0; 4])?, noisy);
+/// # Ok::<(), fetch_env::EnvError>(())
+/// ```
+pub type ActionNoise<T = f32> = ChangedAction<Noise, T>;
+
+impl<T> ActionNoise<T> {
+    /// Adds noise of a standard deviation from 0 to 100, where 0 changes nothing.
+    /// [`wrap`](super::EnvExt::wrap) refuses another. Two wrappers with different seeds have
+    /// different noise in episodes with the same seed.
+    #[must_use]
+    pub fn new(standard_deviation: f64, seed: u64) -> Self {
+        Self::from_change(Noise::new(standard_deviation, seed))
     }
 }
 

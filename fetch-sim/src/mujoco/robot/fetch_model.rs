@@ -5,27 +5,19 @@ use std::sync::Arc;
 use nalgebra::{Quaternion, Vector3};
 
 use super::{
-    bodies::{Bodies, FREE},
+    bodies::Bodies,
+    names::{AXIS, Ids, MOCAP, address},
     scene,
     vary::Places,
 };
-use crate::mujoco::binding::{
-    data::Data,
-    ids::{BodyId, JointId, SiteId},
-    model::Model,
-};
-use crate::{
-    assets::ModelSource, config::SimConfig, error::SimError, simulator::Settled, task::Task,
-};
+use crate::mujoco::binding::{data::Data, model::Model};
+use crate::{assets::ModelSource, config::SimConfig, error::SimError, simulator::Settled};
 
 /// Orientation of the gripper, pointing down: deliberately not of unit length, as in the reference.
 pub(crate) const GRIPPER_DOWN: Quaternion<f64> = Quaternion::new(1.0, 0.0, 1.0, 0.0);
 
 /// First displacement of the gripper from where the joints put it (meters).
 const GRIPPER_OFFSET: Vector3<f64> = Vector3::new(-0.498, 0.005, -0.431);
-
-/// The body to which the gripper is welded.
-pub(super) const MOCAP: &str = "robot0:mocap";
 
 /// Height of the table, in meters.
 const TABLE_TOP: f64 = 0.4;
@@ -58,33 +50,6 @@ pub struct FetchModel {
     pub(crate) start_time: f64,
     pub(crate) start_qpos: Vec<f64>,
     pub(crate) start_qvel: Vec<f64>,
-}
-
-/// Ids that the Fetch operations use.
-#[derive(Debug)]
-pub(crate) struct Ids {
-    pub(crate) grip: SiteId,
-    pub(crate) gripper_link: BodyId,
-    /// The index of the mocap body among all.
-    pub(crate) mocap: usize,
-    /// Position and velocity addresses of the right and the left finger.
-    pub(crate) fingers: [JointAddress; 2],
-    pub(crate) object: Option<ObjectIds>,
-    /// For each actuator, the index in `qpos` of its joint's position.
-    pub(crate) actuated_qpos: Vec<usize>,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct JointAddress {
-    pub(crate) qpos: usize,
-    pub(crate) dof: usize,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ObjectIds {
-    pub(crate) site: SiteId,
-    pub(crate) joint: JointId,
-    pub(crate) qpos: usize,
 }
 
 impl FetchModel {
@@ -170,49 +135,4 @@ impl FetchModel {
             start_qvel: data.qvel().to_vec(),
         })
     }
-}
-
-impl Ids {
-    fn resolve(model: &Model, mocap: BodyId, task: Task) -> Result<Self, SimError> {
-        let actuated = |joint: Option<JointId>| -> Result<usize, SimError> {
-            let object = "an actuator".into();
-            let joint = joint.ok_or(SimError::UnfitModel { object, reason: "drives no joint" })?;
-            Ok(address(model, joint, AXIS)?.qpos)
-        };
-        let object = || -> Result<_, SimError> {
-            let joint = model.joint("object0:joint")?;
-            let JointAddress { qpos, .. } = address(model, joint, FREE)?;
-            Ok(ObjectIds { site: model.site("object0")?, joint, qpos })
-        };
-        Ok(Self {
-            grip: model.site("robot0:grip")?,
-            gripper_link: model.body("robot0:gripper_link")?,
-            mocap: model
-                .mocap_index(mocap)?
-                .ok_or_else(|| SimError::MissingName { kind: "mocap body", name: MOCAP.into() })?,
-            fingers: [
-                address(model, model.joint("robot0:r_gripper_finger_joint")?, AXIS)?,
-                address(model, model.joint("robot0:l_gripper_finger_joint")?, AXIS)?,
-            ],
-            object: task.has_object().then(object).transpose()?,
-            actuated_qpos: model.actuator_joints().map(actuated).collect::<Result<_, _>>()?,
-        })
-    }
-}
-
-/// Coordinates of a slide or a hinge.
-const AXIS: usize = 1;
-
-/// Returns the addresses of a joint that must have a number of coordinates.
-fn address(model: &Model, joint: JointId, coordinates: usize) -> Result<JointAddress, SimError> {
-    if model.coordinate_count(joint)? != coordinates {
-        let name = model.joint_name(joint)?.unwrap_or("of an actuator");
-        let reason = if coordinates == FREE {
-            "is not a free joint"
-        } else {
-            "is neither a slide nor a hinge"
-        };
-        return Err(SimError::UnfitModel { object: format!("the joint {name}"), reason });
-    }
-    Ok(JointAddress { qpos: model.qpos_address(joint)?, dof: model.dof_address(joint)? })
 }

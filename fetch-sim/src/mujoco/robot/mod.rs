@@ -3,6 +3,7 @@
 mod bodies;
 pub(crate) mod data_mut;
 pub(crate) mod fetch_model;
+mod names;
 mod observer;
 pub(crate) mod scene;
 pub(crate) mod simulator;

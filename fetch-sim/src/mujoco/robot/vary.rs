@@ -1,6 +1,6 @@
 //! The numbers of a Fetch model's physics that may vary, and what follows from them.
 
-use super::fetch_model::Ids;
+use super::names::{Ids, MOCAP};
 use crate::mujoco::binding::{
     ffi::{
         FS_BOX, FS_CYLINDER, FS_SPHERE,
@@ -84,7 +84,7 @@ impl Places {
             FINGERS.iter().flat_map(|name| model.body(name).map(geoms_of).unwrap_or_default());
         let mut places = Self {
             finger_geoms: finger_geoms.collect(),
-            welds: equalities_of(model, model.body(super::fetch_model::MOCAP)?),
+            welds: equalities_of(model, model.body(MOCAP)?),
             ..Self::default()
         };
         // A robot of the user's own may have others.

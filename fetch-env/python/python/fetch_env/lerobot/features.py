@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fetch_env.env import Observation
+    from fetch_env.spaces import Observation
 
 #: What to do, by the name of the task.
 INSTRUCTIONS = {

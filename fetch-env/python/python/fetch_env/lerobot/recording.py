@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
     from typing_extensions import Unpack
 
-    from fetch_env.env import Observation
     from fetch_env.settings import Settings
+    from fetch_env.spaces import Observation
 
     Acting: TypeAlias = Callable[[Observation], ArrayLike]
 

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
     from typing_extensions import Unpack
 
-    from fetch_env.env import Observation
     from fetch_env.kinds import OtherKind
     from fetch_env.numbering import Next, StepNumber
     from fetch_env.rewards import Reward, Terminated
     from fetch_env.sampling import Sampling
     from fetch_env.settings import ConfigArguments
+    from fetch_env.spaces import Observation
 
 #: Settings of a draw that Stable-Baselines3 has no place for, and what to do.
 REFUSED = {

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from typing_extensions import Unpack
 
-    from fetch_env.env import Observation
     from fetch_env.settings import EpisodeOptions, Settings
+    from fetch_env.spaces import Observation
 
 
 class FetchVecEnv(VecEnv):

@@ -1,14 +1,19 @@
-//! The pictures of an observation, and of many, row after row.
+//! Observations with pictures: one, and many, row after row.
 
-use std::{fmt, ops::Deref, sync::Arc};
+use std::{
+    fmt,
+    ops::{Deref, Range},
+    sync::Arc,
+};
 
-use super::frames::Layout;
-use super::pixels::{PIXELS, PixelObservation, STATE};
-use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalRows, Rows};
+use crate::gym::env::observation::{ArrayRows, BatchObservation, GoalObservation, GoalRows, Rows};
 use crate::gym::spaces::{Space, Value};
 use crate::gym::vec_env::step::VecStep;
 use crate::gym::wrappers::array::SharedArray;
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
+
+/// The key of each view, and its bytes among those of all.
+pub(super) type Layout = [(Option<String>, Range<usize>)];
 
 /// The pictures in an observation, of one view or several. Clones share their bytes.
 ///
@@ -51,6 +56,42 @@ impl fmt::Debug for Pixels {
 
 impl BatchObservation for Pixels {
     type Rows = PictureRows;
+}
+
+/// Key of the pictures in the space.
+pub(super) const PIXELS: &str = "pixels";
+/// Key of the state in the space, if the state is not a dictionary itself.
+pub(super) const STATE: &str = "state";
+
+/// Observation of an [`AddRenderObservation`](crate::AddRenderObservation).
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PixelObservation<O> {
+    /// The pictures.
+    pub pixels: Pixels,
+    /// Observation of the wrapped environment.
+    pub state: O,
+}
+
+/// The vectors are those of the state; the pixels are a field.
+impl<O: GoalObservation> GoalObservation for PixelObservation<O> {
+    type Element = O::Element;
+
+    fn observation(&self) -> &[O::Element] {
+        self.state.observation()
+    }
+
+    fn achieved_goal(&self) -> &[f64] {
+        self.state.achieved_goal()
+    }
+
+    fn desired_goal(&self) -> &[f64] {
+        self.state.desired_goal()
+    }
+
+    fn position(observation: &[Self::Element]) -> Option<[f64; 3]> {
+        O::position(observation)
+    }
 }
 
 /// The pictures of many observations, those of each view row-major.
