@@ -2,8 +2,8 @@
 
 use baselines::{
     CollectError, Collector, CollectorError, EvaluationError, Policy, PolicyError, RandomPolicy,
-    ScriptedPolicy, TrainedPolicy, TrainedPolicyError, buffer_config, collect, evaluate,
-    evaluate_across_workers, evaluate_vec, workers::OneProcess,
+    ScriptedPolicy, TrainedPolicy, buffer_config, collect, evaluate, evaluate_across_workers,
+    evaluate_vec, workers::OneProcess,
 };
 use fetch_env::wrappers::TimeAwareObservation;
 use fetch_env::{BoxSpace, EnvExt, Space, Task, VecEnv, make_kinematic, vec_env::VecConfig};
@@ -15,8 +15,7 @@ type Result<T = (), E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 #[test]
 fn a_trained_policy_of_other_lengths_is_refused() -> Result {
     let is_refusal = |error: &PolicyError| {
-        let PolicyError::Trained(TrainedPolicyError::Environment { expected, actual, .. }) = error
-        else {
+        let PolicyError::Trained { expected, actual, .. } = error else {
             return false;
         };
         (*expected, *actual) == ([25, 3, 4], [10, 3, 4])

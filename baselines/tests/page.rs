@@ -194,7 +194,7 @@ fn a_failing_episode_is_an_error_with_its_seed() -> Result {
 fn a_policy_of_other_lengths_is_refused() -> Result {
     let mut policy = TrainedPolicy::shipped(Task::Push)?;
     let error = episode_page(&mut make("FetchReach-v4")?, &mut policy, 0).err();
-    assert!(matches!(error, Some(PageError::Policy(PolicyError::Trained(_)))), "{error:?}");
+    assert!(matches!(error, Some(PageError::Policy(PolicyError::Trained { .. }))), "{error:?}");
     Ok(())
 }
 

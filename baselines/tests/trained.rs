@@ -7,8 +7,8 @@ use std::process::Command;
 
 use allocation_counter::measure;
 use baselines::{
-    Estimate, InputPart, LayerWeights, Policy, PolicyHeader, ScriptedPolicy, SuccessRate,
-    TrainedPolicy, TrainedPolicyError, evaluate, evaluate_vec,
+    Estimate, InputPart, LayerWeights, Policy, PolicyError, PolicyHeader, ScriptedPolicy,
+    SuccessRate, TrainedPolicy, TrainedPolicyError, evaluate, evaluate_vec,
 };
 #[cfg(feature = "mujoco")]
 use fetch_env::make_vec;
@@ -299,7 +299,7 @@ fn layers_that_do_not_fit_are_refused() {
     }
     assert!(TrainedPolicy::new(header(), &[]).is_err());
     let lengths = policy().check_lengths(25, 3, 4);
-    assert!(matches!(lengths, Err(TrainedPolicyError::Environment { .. })));
+    assert!(matches!(lengths, Err(PolicyError::Trained { .. })));
     assert!(policy().check_lengths(10, 3, 4).is_ok());
 }
 

@@ -4,15 +4,23 @@ use std::error::Error;
 
 use fetch_env::{Space, Task, spaces::SpaceError};
 
-use crate::trained::error::TrainedPolicyError;
-
 /// Error returned when a policy does not fit an environment.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum PolicyError {
-    /// A [`TrainedPolicy`](crate::TrainedPolicy) was trained with other lengths.
-    #[error(transparent)]
-    Trained(#[from] TrainedPolicyError),
+    /// A [`TrainedPolicy`](crate::TrainedPolicy) was trained for an environment with other lengths.
+    #[error(
+        "the policy is for {env_id} (lengths of observation, goal and action {expected:?}), not \
+         for {actual:?}"
+    )]
+    Trained {
+        /// The environment of the policy.
+        env_id: String,
+        /// Its lengths of observation, goal and action.
+        expected: [usize; 3],
+        /// The lengths of the other environment.
+        actual: [usize; 3],
+    },
     /// The environment does not have the columns that a
     /// [`ScriptedPolicy`](crate::ScriptedPolicy) or a
     /// [`ProportionalPolicy`](crate::ProportionalPolicy) reads, or takes other actions.

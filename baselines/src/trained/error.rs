@@ -125,19 +125,6 @@ pub enum TrainedPolicyError {
         /// The task.
         task: Task,
     },
-    /// The policy was trained for an environment with other lengths.
-    #[error(
-        "the policy is for {env_id} (lengths of observation, goal and action {expected:?}), not \
-         for {actual:?}"
-    )]
-    Environment {
-        /// The environment of the policy.
-        env_id: String,
-        /// Its lengths of observation, goal and action.
-        expected: [usize; 3],
-        /// The lengths of the other environment.
-        actual: [usize; 3],
-    },
 }
 
 debug_as_display!(TrainedPolicyError);

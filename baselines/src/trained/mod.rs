@@ -150,20 +150,20 @@ impl TrainedPolicy {
     /// trained with.
     ///
     /// # Errors
-    /// [`TrainedPolicyError::Environment`].
+    /// [`PolicyError::Trained`].
     pub fn check_lengths(
         &self,
         observation: usize,
         goal: usize,
         action: usize,
-    ) -> Result<(), TrainedPolicyError> {
+    ) -> Result<(), PolicyError> {
         let PolicyHeader { observation_len, goal_len, action_len, env_id, .. } = &self.header;
         let expected = [*observation_len, *goal_len, *action_len];
         let actual = [observation, goal, action];
         if actual == expected {
             return Ok(());
         }
-        Err(TrainedPolicyError::Environment { env_id: env_id.clone(), expected, actual })
+        Err(PolicyError::Trained { env_id: env_id.clone(), expected, actual })
     }
 
     /// Writes the greedy actions for states, row after row: `action_len` numbers for each.
@@ -216,7 +216,7 @@ impl TrainedPolicy {
 
     fn check_fit(&self, observation: &Space, action: &Space) -> Result<(), PolicyError> {
         let [observation, goal, action] = lengths_of(observation, action)?;
-        Ok(self.check_lengths(observation, goal, action)?)
+        self.check_lengths(observation, goal, action)
     }
 
     /// Writes the greedy action for one observation and its goals, or NaN if [`act_rows`] refuses
