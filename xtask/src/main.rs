@@ -70,8 +70,8 @@ enum Command {
     Bench(handing_on::Rest),
     /// Step, save and render environments for a long time, and look for leaks
     Soak(handing_on::Rest),
-    /// Write a page for each task from the tables in the code
-    TaskPages(handing_on::Rest),
+    /// Write the page of the tasks from the tables in the code
+    TasksPage(handing_on::Rest),
     #[command(external_subcommand)]
     Program(Vec<OsString>),
 }
@@ -97,7 +97,7 @@ fn main() -> ExitCode {
         Command::Projects(args) => projects::run(&args),
         Command::Python(args) => python::run(&args),
         Command::Wheels(args) => wheels::run(&args),
-        Command::Parity(_) | Command::Bench(_) | Command::Soak(_) | Command::TaskPages(_) => {
+        Command::Parity(_) | Command::Bench(_) | Command::Soak(_) | Command::TasksPage(_) => {
             return handed_on(handing_on::to_lab(&arguments[1..]));
         }
         Command::Program(words) => return handed_on(handing_on::to_program(&words)),

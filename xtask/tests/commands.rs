@@ -27,7 +27,7 @@ fn stderr(output: &Output) -> String {
 fn help_lists_every_command() -> Result {
     let output = xtask("--help").output()?;
     assert_eq!(output.status.code(), Some(0));
-    for name in ["test", "ci", "sanitize", "mutants", "parity", "bench", "soak", "task-pages"] {
+    for name in ["test", "ci", "sanitize", "mutants", "parity", "bench", "soak", "tasks-page"] {
         assert!(stdout(&output).contains(&format!("\n  {name} ")), "{name}");
     }
     for arguments in ["help fuzz", "fuzz --help"] {

@@ -12,7 +12,7 @@ mod bench;
 mod parity;
 mod shared;
 mod soak;
-mod task_pages;
+mod tasks_page;
 
 use std::process::ExitCode;
 
@@ -34,8 +34,8 @@ enum Command {
     Bench(bench::Args),
     /// Step, save and render environments for a long time, and look for leaks
     Soak(soak::Args),
-    /// Write a page for each task from the tables in the code
-    TaskPages(task_pages::Args),
+    /// Write the page of the tasks from the tables in the code
+    TasksPage(tasks_page::Args),
 }
 
 fn main() -> ExitCode {
@@ -47,6 +47,6 @@ fn main() -> ExitCode {
         Command::Parity(args) => parity::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Soak(args) => soak::run(&args),
-        Command::TaskPages(args) => task_pages::run(&args),
+        Command::TasksPage(args) => tasks_page::run(&args),
     }))
 }
