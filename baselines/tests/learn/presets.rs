@@ -92,12 +92,17 @@ fn table() -> Result<String> {
             " |".repeat(3 + Task::ALL.len())
         )?;
         for (name, default) in &defaults[part] {
-            write!(table, "| `{name}` | {} |", shown(default))?;
             let of_tasks: Vec<_> = fast.iter().map(|parts| find(parts, part, name)).collect();
+            let of_books: Vec<_> = books.iter().map(|parts| find(parts, part, name)).collect();
+            let of_authors = find(&authors, part, name);
+            let mut chosen = of_tasks.iter().chain(&of_books).chain([&of_authors]).flatten();
+            if chosen.all(|value| *value == default) {
+                continue;
+            }
+            write!(table, "| `{name}` | {} |", shown(default))?;
             for value in &of_tasks {
                 write!(table, " {} |", cell(*value, default))?;
             }
-            let of_books: Vec<_> = books.iter().map(|parts| find(parts, part, name)).collect();
             let book = if of_books == of_tasks && of_books.iter().any(|value| *value != of_books[0])
             {
                 "as `fast`".to_owned()
@@ -105,7 +110,7 @@ fn table() -> Result<String> {
                 assert!(of_books.iter().all(|value| *value == of_books[0]), "{name}");
                 cell(of_books[0], default)
             };
-            writeln!(table, " {book} | {} |", cell(find(&authors, part, name), default))?;
+            writeln!(table, " {book} | {} |", cell(of_authors, default))?;
         }
     }
     Ok(table)

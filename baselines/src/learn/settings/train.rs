@@ -11,7 +11,7 @@ use crate::learn::error::TrainError;
 ///
 /// # What the presets choose
 /// The columns `fast` and `book` are for a task. An empty cell has the default; `-` is a setting of
-/// another algorithm.
+/// another algorithm. Settings that have their default in every preset are left out.
 ///
 #[doc = include_str!("presets.md")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
