@@ -5,11 +5,11 @@ use std::{error::Error, fs, path::Path};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const PAGE: &str = include_str!("../../../fetch-env/PROMISES.md");
 
-/// Returns the pairs of file and function in a line: ``path`: `name``.
+/// Returns the pairs of file and function in a line: ``path`: `name`, `name``.
 fn tests_in(line: &str) -> impl Iterator<Item = (&str, &str)> {
-    line.split("; ").filter_map(|part| {
-        let (file, name) = part.split_once("`: `")?;
-        Some((file.rsplit('`').next()?, name.split('`').next()?))
+    line.split("; ").filter_map(|part| part.split_once("`: `")).flat_map(|(file, names)| {
+        let file = file.rsplit('`').next().unwrap_or_default();
+        names.split('`').step_by(2).map(move |name| (file, name))
     })
 }
 
