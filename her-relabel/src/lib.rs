@@ -132,7 +132,7 @@ pub use store::priorities::{NewPriority, Priorities, PriorityError, PriorityUnit
 pub use store::transition_id::TransitionId;
 pub use unit_interval::{UnitInterval, UnitIntervalError};
 
-/// The README's examples, run as tests.
+/// The README's example, run as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
