@@ -249,7 +249,7 @@ fn a_wrong_setting_is_wrong_usage_and_named_with_the_nearest() -> Result {
     for (flags, answer) in [
         ("train --set gama=0.9", "there is no setting gama; did you mean gamma?"),
         ("train --set gamma", "write KEY=VALUE"),
-        ("train --set gamma=much", "much is not a number, a list or true"),
+        ("train --set gamma=much", "\"much\" is not a value of gamma"),
         ("train --set hidden=0.5", "0.5 is not a value of hidden"),
         ("train --set batch_size=0", "batch_size is 0: choose from 1 to 8_192"),
         ("train --set noise=1e39", "noise is inf: choose from 0.0 to 10.0"),

@@ -69,5 +69,8 @@ pub(crate) use settings::train::each_setting;
 pub use settings::{
     algorithm::{AlgorithmSettings, DdpgSettings, SacSettings},
     by_name::{Preset, SettingError, limits, nearest},
-    train::{ExplorationSettings, InputSettings, ReplaySettings, ScheduleSettings, TrainSettings},
+    train::{
+        ExplorationSettings, HindsightGoals, InputSettings, ReplaySettings, ScheduleSettings,
+        TrainSettings,
+    },
 };

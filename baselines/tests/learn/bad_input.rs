@@ -122,6 +122,19 @@ fn transitions_are_not_mirrored_in_an_environment_without_symmetry() {
 }
 
 #[test]
+fn goals_of_other_episodes_are_refused_without_hindsight() -> Result {
+    let settings = settings(ddpg()).with("future_k=0")?;
+    Trainer::new(make, settings.clone(), 0, 1)?;
+    match Trainer::new(make, settings.with("past_goal_weight=0.5")?, 0, 1) {
+        Err(TrainError::Setting { name: "past_goal_weight", value, .. }) => {
+            assert_eq!(value, "0.5")
+        }
+        other => panic!("{other:?}"),
+    }
+    Ok(())
+}
+
+#[test]
 fn an_element_that_the_observation_does_not_have_cannot_be_left_out() -> Result {
     let mut settings = settings(ddpg());
     settings.inputs.left_out = vec![0, 9];

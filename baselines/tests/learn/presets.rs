@@ -61,6 +61,7 @@ fn shown(value: &Value) -> String {
                 digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
             format!("{sign}{}", groups.join(","))
         }
+        Value::String(word) => word.clone(),
         value => value.to_string(),
     }
 }

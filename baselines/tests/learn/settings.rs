@@ -203,13 +203,16 @@ fn every_setting_is_changed_by_its_name() -> Result {
         for (name, value) in named(&value) {
             assert_eq!(settings.with(&format!("{name}={value}"))?, settings, "{name}");
         }
-        let changed = settings.with("gamma=0.5")?.with("left_out=[3]")?;
+        let changed =
+            settings.with("gamma=0.5")?.with("left_out=[3]")?.with("goal_strategy=final")?;
         assert_ne!(changed, settings);
         assert_eq!(TrainSettings::from_json(&serde_json::to_string(&changed)?)?, changed);
         for (wrong, expected) in [
             ("gama=0.9", "there is no setting gama; did you mean gamma?"),
             ("gamma", "write KEY=VALUE"),
-            ("gamma=much", "much is not a number"),
+            ("gamma=much", "\"much\" is not a value of gamma: "),
+            ("hidden=[256,", "[256, is not a number"),
+            ("goal_strategy=past", "\"past\" is not a value of goal_strategy: unknown variant"),
             ("hidden=0.5", "0.5 is not a value of hidden: "),
             ("gamma=2", "gamma is 2.0: choose from 0.0 to 1.0"),
         ] {

@@ -39,7 +39,7 @@ pub(crate) struct Replay<E: LearnEnv> {
     settings: InputSettings,
     distance_factor: f64,
     /// The seed of this process.
-    seed: u64,
+    pub(super) seed: u64,
     /// The last batch; its vectors are reused.
     batch: Batch<f32>,
     input: Vec<f32>,
@@ -137,12 +137,12 @@ impl<E: LearnEnv> Replay<E> {
     }
 
     /// Returns the reward of training.
-    fn reward(&self) -> Stricter<'_, E::GoalReward> {
+    pub(super) fn reward(&self) -> Stricter<'_, E::GoalReward> {
         Stricter { reward: self.template.goal_reward(), distance_factor: self.distance_factor }
     }
 
     /// Returns the sampler of update `number`, counted from 0.
-    fn sampler(&self, number: u64) -> Sampler {
+    pub(super) fn sampler(&self, number: u64) -> Sampler {
         if self.n_step_updates.is_none_or(|updates| number < updates) {
             return self.sampler;
         }
@@ -219,8 +219,15 @@ fn sampler(settings: &ReplaySettings) -> Result<Sampler, TrainError> {
         *settings;
     let noise = share("goal_noise_share", settings.goal_noise_share)?;
     let noise = GoalNoise::new(settings.goal_noise, noise);
+    if future_k == 0.0 && past_goal_weight > 0.0 {
+        return Err(TrainError::Setting {
+            name: "past_goal_weight",
+            value: past_goal_weight.to_string(),
+            expected: "choose 0, because with a future_k of 0 no transition gets another goal",
+        });
+    }
     let goals = GoalMixture::new(&[
-        GoalPart::new(GoalStrategy::Future, 1.0),
+        GoalPart::new(settings.goal_strategy.into(), 1.0),
         GoalPart::new(GoalStrategy::PastDesired, past_goal_weight),
     ]);
     let goals = goals.map_err(|_| TrainError::Setting {

@@ -80,14 +80,19 @@ impl FromStr for Preset {
 
 impl TrainSettings {
     /// Returns these settings with one changed, written as `KEY=VALUE`: the value is JSON, such as
-    /// `gamma=0.98`, `hidden=[256,256]` or `relative_goal=true`.
+    /// `gamma=0.98`, `hidden=[256,256]` or `relative_goal=true`, or a word, as in
+    /// `goal_strategy=final`.
     ///
     /// # Errors
     /// [`SettingError`].
     pub fn with(&self, assignment: &str) -> Result<Self, SettingError> {
         let (key, text) = assignment.split_once('=').ok_or(SettingError::NoAssignment)?;
-        let value = serde_json::from_str(text)
-            .map_err(|_| SettingError::NoValue { text: text.to_owned() })?;
+        let is_word = text.bytes().all(|byte| byte.is_ascii_lowercase());
+        let value = match serde_json::from_str(text) {
+            Ok(value) => value,
+            Err(_) if is_word => Value::String(text.to_owned()),
+            Err(_) => return Err(SettingError::NoValue { text: text.to_owned() }),
+        };
         self.with_value(key, value)
     }
 
@@ -193,8 +198,8 @@ pub enum SettingError {
     /// A text does not assign a value to a setting.
     #[error("write KEY=VALUE, such as gamma=0.98")]
     NoAssignment,
-    /// The value is not JSON.
-    #[error("{text} is not a number, a list or true")]
+    /// The value is neither JSON nor a word.
+    #[error("{text} is not a number, a list, true or a word")]
     NoValue {
         /// The text.
         text: String,

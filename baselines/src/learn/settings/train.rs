@@ -1,5 +1,6 @@
 //! The settings of a training run.
 
+use her_relabel::GoalStrategy;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -141,10 +142,14 @@ ranged_settings! {
         pub capacity: usize = 1_000_000 => 1..=100_000_000,
         /// The number of transitions of a batch.
         pub batch_size: usize = 256 => 1..=8_192,
-        /// How many transitions get a goal achieved later in their episode, for each that keeps its
-        /// own.
+        /// How many transitions get another goal in hindsight, for each that keeps its own: 0 for
+        /// training without hindsight.
         pub future_k: f64 = 4.0 => 0.0..=1_000.0,
-        /// The weight, relative to future goals, of goals that other episodes pursued, as in MRL.
+        /// Which achieved goals they get: the future ones of their episode, unless you choose
+        /// others.
+        pub goal_strategy: HindsightGoals = HindsightGoals::Future,
+        /// The weight, relative to achieved goals, of goals that other episodes pursued, as in MRL.
+        /// [`Trainer::new`](crate::learn::Trainer::new) refuses it with a `future_k` of 0.
         pub past_goal_weight: f64 = 0.0 => 0.0..=1_000.0,
         /// The probability of keeping a drawn transition whose goal was already achieved before the
         /// step. Such transitions teach little.
@@ -177,6 +182,33 @@ ranged_settings! {
         /// The number of updates with such windows, after which all windows have one step; `None`
         /// for all updates.
         pub n_step_updates: Option<u64> = None => 0..=1_000_000_000,
+    }
+}
+
+/// The achieved goals that transitions get in hindsight; the [strategies](GoalStrategy) of the same
+/// names of Andrychowicz et al., *Hindsight experience replay*, 2017.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum HindsightGoals {
+    /// Those achieved after the transition, until its episode ends.
+    Future,
+    /// The one at the end of its episode.
+    Final,
+    /// Those of its episode.
+    Episode,
+    /// Those of the whole buffer.
+    Random,
+}
+
+impl From<HindsightGoals> for GoalStrategy {
+    fn from(goals: HindsightGoals) -> Self {
+        match goals {
+            HindsightGoals::Future => Self::Future,
+            HindsightGoals::Final => Self::Final,
+            HindsightGoals::Episode => Self::Episode,
+            HindsightGoals::Random => Self::Random,
+        }
     }
 }
 
