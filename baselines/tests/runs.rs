@@ -314,6 +314,24 @@ fn a_grid_is_every_choice_with_every_seed() -> Result {
 }
 
 #[test]
+fn a_grid_can_change_one_setting_at_a_time() -> Result {
+    let text = GRID.replace("{ \"env_id\"", "{ \"one_at_a_time\": true, \"env_id\"");
+    let grid = Grid::parse(&text.replace("[32, 64]", "[32, 64, 128]"))?;
+    let preset = grid.preset()?.settings(Task::Reach);
+    let choices = grid.choices(&preset)?;
+    let parts: Vec<_> = choices.iter().map(|choice| choice.parts.join(" ")).collect();
+    let expected = ["0.9 32", "0.9 64", "0.9 128", "0.95 32"];
+    let expected = expected.map(|values| format!("gamma={}", values.replace(' ', " batch_size=")));
+    assert_eq!(parts, expected);
+    // Three choices, not four.
+    let seeds = |count: u64| format!("{:?}", (0..count).collect::<Vec<_>>());
+    let with_seeds = |count| Grid::parse(&text.replace("[3, 1]", &seeds(count)));
+    assert!(with_seeds(333).is_ok());
+    assert!(matches!(with_seeds(334), Err(GridError::TooMany { num_runs: 1_002, .. })));
+    Ok(())
+}
+
+#[test]
 fn a_group_has_the_name_of_an_environment() {
     for name in ["FetchPush-v4", "FetchPush-v4-fast-gamma=0.9"] {
         assert_eq!(Group::new(name).unwrap().name(), name);

@@ -17,7 +17,9 @@ use crate::learn::{Preset, SettingError, TrainSettings, limits, nearest};
 /// A grid: every choice of values with every seed.
 ///
 /// Its file is JSON: `env_id` and `preset`; `seeds`, a list; `set`, an object with a list of values
-/// for each setting; and `steps` and `target`, which end a run and may be left out.
+/// for each setting; `steps` and `target`, which end a run and may be left out; and
+/// `one_at_a_time`, which is false unless it is given. With true, at most one setting has another
+/// value than its first, which shows what each change is worth alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -27,11 +29,13 @@ pub struct Grid {
     target: Option<f64>,
     #[serde(rename = "set", default)]
     axes: Axes,
+    #[serde(default, skip_serializing_if = "is_false")]
+    one_at_a_time: bool,
     seeds: Vec<u64>,
 }
 
 /// The names of the fields in the file.
-const FIELDS: [&str; 6] = ["env_id", "preset", "steps", "target", "set", "seeds"];
+const FIELDS: [&str; 7] = ["env_id", "preset", "steps", "target", "set", "one_at_a_time", "seeds"];
 
 /// The largest number of runs.
 const MOST_RUNS: usize = 1_000;
@@ -54,13 +58,16 @@ impl Grid {
         }
         let grid: Self = serde_json::from_slice(text.as_bytes())?;
         let lists = grid.axes.0.iter().map(|(key, values)| (key.as_str(), values.len()));
-        let mut num_runs = 1_usize;
-        for (key, len) in lists.chain([("seeds", grid.seeds.len())]) {
-            if len == 0 {
-                return Err(GridError::Empty { key: key.to_owned() });
-            }
-            num_runs = num_runs.saturating_mul(len);
+        if let Some((key, _)) =
+            lists.clone().chain([("seeds", grid.seeds.len())]).find(|(_, len)| *len == 0)
+        {
+            return Err(GridError::Empty { key: key.to_owned() });
         }
+        let longer = |num_choices: usize, (_, len): (&str, usize)| match grid.one_at_a_time {
+            true => num_choices.saturating_add(len - 1),
+            false => num_choices.saturating_mul(len),
+        };
+        let num_runs = lists.fold(1, longer).saturating_mul(grid.seeds.len());
         if num_runs > MOST_RUNS {
             return Err(GridError::TooMany { num_runs, most: MOST_RUNS });
         }
@@ -110,6 +117,12 @@ impl Grid {
         &self.axes.0
     }
 
+    /// Whether at most one setting of a choice has another value than its first.
+    #[must_use]
+    pub const fn is_one_at_a_time(&self) -> bool {
+        self.one_at_a_time
+    }
+
     /// Returns every choice of values, with the preset's settings changed by it. The last value
     /// changes first.
     ///
@@ -117,11 +130,14 @@ impl Grid {
     /// [`GridError::Value`] if a setting or a value is wrong, and [`GridError::Repeated`] if two
     /// choices are the same.
     pub fn choices(&self, preset: &TrainSettings) -> Result<Vec<Choice<'_>>, GridError> {
-        let mut choices = vec![(Vec::new(), preset.clone())];
+        let mut choices = vec![(Vec::<&Value>::new(), preset.clone())];
         for (key, values) in &self.axes.0 {
             let mut longer = Vec::new();
             for (choice, settings) in &choices {
-                for value in values {
+                let mut chosen = choice.iter().zip(&self.axes.0);
+                let has_changed = chosen.any(|(value, (_, values))| **value != values[0]);
+                let num_values = if self.one_at_a_time && has_changed { 1 } else { values.len() };
+                for value in &values[..num_values] {
                     let settings = settings
                         .with_value(key, value.clone())
                         .map_err(|error| GridError::value("set", &error))?;
@@ -150,6 +166,10 @@ impl Grid {
         let keys = self.axes.0.iter().map(|(key, _)| key);
         keys.zip(values).map(|(key, value)| format!("{key}={value}")).collect()
     }
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 /// A value for each setting.

@@ -111,7 +111,8 @@ pub struct Args {
     resume: Option<PathBuf>,
     /// Run every setting of a grid with every seed, one run per thread; the same command continues
     /// where it stopped. The file is JSON: env_id, preset, steps and target as in the flags, seeds
-    /// (a list), and set (an object with a list of values for each key of --set)
+    /// (a list), set (an object with a list of values for each key of --set), and one_at_a_time (true
+    /// for the first values and each change of one of them, not for all combinations)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["env_id", "preset", "algorithm", "seed"])]
     #[arg(conflicts_with_all = ["seeds", "envs", "steps", "target", "demos", "set", "vary", "noise"])]
     #[arg(conflicts_with_all = ["model", "start", "tensorboard", "overwrite", "resume", "mpi"])]

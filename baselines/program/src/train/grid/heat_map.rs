@@ -20,7 +20,7 @@ pub fn heat_map(grid: &Grid, table: &GridTable) -> anyhow::Result<HeatMap> {
         .collect();
     // The last axes are columns, except the first of all axes.
     let (mut at, mut num_columns) = (axes.len(), 1);
-    while at > 1 && num_columns * axes[at - 1].len() <= MOST_COLUMNS {
+    while at > 1 && num_columns * axes[at - 1].len() <= MOST_COLUMNS && !grid.is_one_at_a_time() {
         at -= 1;
         num_columns *= axes[at].len();
     }
@@ -34,13 +34,26 @@ pub fn heat_map(grid: &Grid, table: &GridTable) -> anyhow::Result<HeatMap> {
         let GridRow { success, num_reached, num_runs, .. } = row;
         (*success, format!("{num_reached} of {num_runs} reached {target}"))
     });
+    let row_labels = match grid.is_one_at_a_time() {
+        true => table.rows().iter().map(|row| vec![changed(grid, row)]).collect(),
+        false => combinations(&axes[..at]),
+    };
     Ok(HeatMap {
         title: format!("{env_id}, preset {preset}: success rate at the end, {seeds}"),
         fixed: fixed.join(", "),
-        row_labels: combinations(&axes[..at]),
+        row_labels,
         column_labels: combinations(&axes[at..]),
         cells: cells.collect(),
     })
+}
+
+/// Returns the setting that has another value than its first.
+fn changed(grid: &Grid, row: &GridRow) -> String {
+    let axes = grid.axes().iter().zip(&row.values);
+    let mut changes = axes.filter(|((_, values), value)| *value != &values[0].to_string());
+    let label =
+        |((key, _), value): (&(String, Vec<serde_json::Value>), &String)| format!("{key} {value}");
+    changes.next().map_or_else(|| "nothing changed".to_owned(), label)
 }
 
 /// Returns a setting and its value, shortened.
