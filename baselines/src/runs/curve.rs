@@ -1,8 +1,9 @@
 //! The lines of a learning curve's file, `curve.csv`.
 
-use std::io;
+use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::path::Path;
+use std::{io, iter};
 
 use her_relabel::files::read;
 use serde::{
@@ -79,12 +80,32 @@ impl From<&CurveRow> for CurveLine {
 }
 
 /// Returns a learning curve as CSV: the contents of a run's `curve.csv`, with the columns of
-/// [`CurveLine`].
+/// [`CurveLine`] and then those of all [diagnostics](CurveRow::diagnostics), empty where a row has
+/// none.
 ///
 /// # Errors
 /// None that is known: rows are numbers.
 pub fn curve_csv(rows: &[CurveRow]) -> io::Result<Vec<u8>> {
-    csv_bytes(rows.iter().map(CurveLine::from))
+    let lines = csv_bytes(rows.iter().map(CurveLine::from))?;
+    let names = diagnostic_names(rows);
+    let header = names.iter().map(|name| (*name).to_owned()).collect();
+    let cell = |row: &CurveRow, name| row.diagnostics.get(name).map(f32::to_string);
+    let cells = rows.iter().map(|row| {
+        names.iter().map(|name| cell(row, *name).unwrap_or_default()).collect::<Vec<_>>()
+    });
+    let mut lines = csv::ReaderBuilder::new().has_headers(false).from_reader(lines.as_slice());
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for (line, cells) in lines.records().zip(iter::once(header).chain(cells)) {
+        let mut line = line?;
+        line.extend(cells);
+        writer.write_record(&line)?;
+    }
+    writer.into_inner().map_err(|error| error.into_error())
+}
+
+/// Returns the names of the diagnostics of any row.
+pub(super) fn diagnostic_names(rows: &[CurveRow]) -> BTreeSet<&str> {
+    rows.iter().flat_map(|row| row.diagnostics.keys()).map(String::as_str).collect()
 }
 
 /// Returns lines as CSV, with a header.

@@ -1,5 +1,6 @@
 //! The page of a run: its curve, its settings, and episodes of the policy.
 
+use super::curve::diagnostic_names;
 use super::description::RunDescription;
 use super::envs::MakeEnvs;
 use super::error::RunsError;
@@ -21,6 +22,7 @@ pub(super) fn html(
     let title = format!("{}, learned in {} steps", description.title(), policy.header().steps);
     let mut page = Document::new(&title);
     page.section("curve", "Learning curve", &curves(rows, settings)?);
+    page.section("diagnostics", "Diagnostics", &diagnostics(rows)?);
     let mut env = tasks.make(description.config())?;
     let mut episodes = String::new();
     let first_seed = policy.header().success.map_or(0, |success| success.first_seed);
@@ -55,4 +57,22 @@ fn curves(rows: &[CurveRow], settings: &TrainSettings) -> Result<String, PageErr
         html += &plot.svg()?;
     }
     Ok(html)
+}
+
+/// Draws the diagnostics over steps, each in a small chart.
+fn diagnostics(rows: &[CurveRow]) -> Result<String, PageError> {
+    let mut html = String::from("<div class=\"grid\">");
+    for name in diagnostic_names(rows) {
+        let value = |row: &CurveRow| {
+            Some((row.counters.steps as f64, f64::from(*row.diagnostics.get(name)?)))
+        };
+        let points: Vec<_> = rows.iter().filter_map(value).collect();
+        let last = rows.last().map_or(1.0, |row| row.counters.steps as f64);
+        let values = points.iter().map(|(_, value)| *value);
+        let mut plot =
+            Plot::new(name, Axis::new("environment steps", 0.0, last), Axis::around("", values));
+        plot.line(Ink::Blue, points);
+        html += &format!("<div>{}</div>", plot.svg()?);
+    }
+    Ok(html + "</div>")
 }

@@ -9,7 +9,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::curve::CurveLine;
 use crate::learn::CurveRow;
 
-/// Writes rows of a learning curve for TensorBoard, as scalars with the names of a [`CurveLine`].
+/// Writes rows of a learning curve for TensorBoard, as scalars with the names of a [`CurveLine`] and
+/// of the row's [diagnostics](CurveRow::diagnostics).
 ///
 /// A file has records of a length, its checksum, an event and its checksum; an event is a message of
 /// protocol buffers. Source: TensorFlow's `record_writer.h`, `event.proto` and `summary.proto`.
@@ -37,11 +38,12 @@ impl TensorBoard {
     pub fn write(&mut self, row: &CurveRow) -> io::Result<()> {
         let line = serde_json::to_value(CurveLine::from(row))?;
         let mut summary = Vec::new();
-        for (name, value) in line.as_object().into_iter().flatten() {
-            if let Some(value) = value.as_f64() {
-                let number = [&[2 << 3 | 5], &(value as f32).to_le_bytes()[..]].concat();
-                summary.extend(field(1, &[field(1, name.as_bytes()), number].concat()));
-            }
+        let line = line.as_object().into_iter().flatten();
+        let line = line.filter_map(|(name, value)| Some((name, value.as_f64()? as f32)));
+        for (name, value) in line.chain(row.diagnostics.iter().map(|(name, value)| (name, *value)))
+        {
+            let number = [&[2 << 3 | 5], &value.to_le_bytes()[..]].concat();
+            summary.extend(field(1, &[field(1, name.as_bytes()), number].concat()));
         }
         self.write_event(Some(row.counters.steps), &field(5, &summary))
     }

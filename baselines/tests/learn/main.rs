@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod damaged_checkpoints;
+mod diagnostics;
 mod evaluating;
 mod folders;
 mod noise;

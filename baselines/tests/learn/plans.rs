@@ -93,7 +93,14 @@ fn who_watches_sees_each_cycle_and_the_files_and_stops_the_run() -> Result {
     let steps = trainer.counters().steps;
     let last = checkpoints(folder.path())?.pop().ok_or("no checkpoint")?;
     assert!(last.ends_with(format!("checkpoint-{steps:012}.zip")), "{last:?}");
-    assert!(fs::read(folder.path().join("curve.csv"))? == curve_csv(trainer.rows())?);
+    let csv = fs::read_to_string(folder.path().join("curve.csv"))?;
+    assert!(csv.as_bytes() == curve_csv(trainer.rows())?);
+    let diagnostics = &trainer.rows()[1].diagnostics;
+    let [header, _, line] = csv.lines().collect::<Vec<_>>()[..] else { panic!("{csv}") };
+    let cells: Vec<_> = header.split(',').zip(line.split(',')).collect();
+    for (name, value) in diagnostics {
+        assert!(cells.contains(&(name, &value.to_string())), "{name} {value}: {cells:?}");
+    }
     assert!(!folder.path().join("policy.safetensors").exists(), "it has not ended");
     Ok(())
 }
@@ -114,9 +121,9 @@ fn a_run_ends_at_its_target_and_without_a_folder_writes_nothing() -> Result {
 fn a_target_is_reached_first_where_the_evaluations_in_a_row_end() -> Result {
     let mut trainer = trainer()?;
     trainer.run(STEPS, None, |_, _| ControlFlow::Continue(()))?;
-    let row = trainer.rows().last().copied().ok_or("no row")?;
+    let row = trainer.rows().last().cloned().ok_or("no row")?;
     let rows = [0.5, 1.0, 0.5, 0.9, 0.9, 0.9].map(|rate| {
-        let mut row = row;
+        let mut row = row.clone();
         row.success_rate.value = rate;
         row.counters.updates = 0;
         row

@@ -41,6 +41,16 @@ impl<const N: usize> Gradients<N> {
     pub(super) fn parts_mut(&mut self) -> [&mut [f32]; N] {
         parts_mut(&mut self.numbers, self.lens)
     }
+
+    /// Returns the Euclidean norm of each part, and the last part.
+    pub(super) fn norms(&self) -> ([f32; N], &[f32]) {
+        let (mut rest, mut part) = (self.numbers.as_slice(), self.numbers.as_slice());
+        let norms = self.lens.map(|len| {
+            (part, rest) = rest.split_at(len);
+            part.iter().map(|slope| slope * slope).sum::<f32>().sqrt()
+        });
+        (norms, part)
+    }
 }
 
 /// Lets an algorithm print its settings and how often it was updated, but not its weights.

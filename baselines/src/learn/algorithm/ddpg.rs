@@ -23,8 +23,8 @@ pub struct Ddpg {
     /// The lowest and the highest target; infinite if nothing is clipped.
     target_bounds: [f32; 2],
     networks: Networks,
-    /// The gradients of the critic and of the actor, and the losses: the critic's, the actor's and
-    /// the value.
+    /// The gradients of the critic and of the actor, and means: the losses of both, the value and
+    /// the target.
     gradients: Gradients<3>,
     critic_work: Work,
     actor_work: Work,
@@ -73,7 +73,7 @@ impl Ddpg {
         let critic = Shape::new(num_inputs + num_actions, hidden, 1, *layer_norm);
         let critic = Network::init(critic, 1.0, &mut rng);
         Ok(Self {
-            gradients: Gradients::new([critic.parameters.len(), actor.parameters.len(), 3]),
+            gradients: Gradients::new([critic.parameters.len(), actor.parameters.len(), 4]),
             networks: Networks {
                 averaged_actor: actor.clone(),
                 target_actor: actor.clone(),
@@ -118,7 +118,8 @@ impl Algorithm for Ddpg {
             || networks.critic_gradient(batch, target_bounds, critic_work, critic_gradient),
             || networks.actor_gradient(batch, settings, actor_work, actor_gradient),
         );
-        losses.copy_from_slice(&[critic_loss, actor_loss, value]);
+        let target = critic_work.targets.iter().sum::<f32>() * batch.share();
+        losses.copy_from_slice(&[critic_loss, actor_loss, value, target]);
         average(&mut gradients.numbers);
 
         let [critic_gradient, actor_gradient, losses] = gradients.parts_mut();
@@ -140,6 +141,11 @@ impl Algorithm for Ddpg {
             },
         );
         Losses::new(losses[0], losses[1], losses[2])
+    }
+
+    fn diagnostics(&self) -> Vec<(&'static str, f32)> {
+        let ([critic, actor, _], means) = self.gradients.norms();
+        vec![("target", means[3]), ("critic_gradient_norm", critic), ("actor_gradient_norm", actor)]
     }
 
     fn greedy_layers(&self) -> Vec<LayerWeights> {

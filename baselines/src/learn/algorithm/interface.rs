@@ -110,6 +110,14 @@ pub trait Algorithm: Debug + Send {
     /// It runs on a rayon pool of one or two threads.
     fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses;
 
+    /// Returns what to show of the last update beside its losses, such as
+    /// `("critic_gradient_norm", 0.3)`. A trainer asks after the last update of a cycle; a row of the
+    /// curve has the numbers as [`update/critic_gradient_norm`](crate::learn::CurveRow::diagnostics).
+    /// The default returns none.
+    fn diagnostics(&self) -> Vec<(&'static str, f32)> {
+        Vec::new()
+    }
+
     /// Writes exploring actions, from -1 to 1, for `inputs`: one row of each for each environment.
     /// `noise` has a number of the standard normal distribution for each element of the actions.
     fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]);

@@ -23,8 +23,9 @@ pub struct Sac {
     networks: Networks,
     log_temperature: Vec<f32>,
     temperature_adam: Adam,
-    /// The gradients of both critics and of the actor, and the losses: the critics', the actor's,
-    /// the value, and the logarithm of the actions' density.
+    /// The gradients of both critics and of the actor, and means: the losses of the critics and of
+    /// the actor, the value, the logarithm of the actions' density, the values of both critics, and
+    /// the target.
     gradients: Gradients<4>,
     critic_work: Work,
     actor_work: Work,
@@ -68,7 +69,7 @@ impl Sac {
         let targets = [(); 2].map(|()| Network::init(critic.clone(), 1.0, &mut rng));
         let critic_len = critic.num_parameters();
         Ok(Self {
-            gradients: Gradients::new([critic_len, critic_len, actor.parameters.len(), 4]),
+            gradients: Gradients::new([critic_len, critic_len, actor.parameters.len(), 7]),
             networks: Networks {
                 actor: Trained::new(actor, *learning_rate),
                 critics: targets.clone().map(|critic| Trained::new(critic, *learning_rate)),
@@ -123,14 +124,17 @@ impl Algorithm for Sac {
             rng
         };
         let [first, second, actor_gradient, losses] = gradients.parts_mut();
-        let ((critic_loss, value), (actor_loss, log_density)) = rayon::join(
+        let ((critic_loss, values), (actor_loss, log_density)) = rayon::join(
             || {
                 let gradients = [first, second];
                 networks.critic_gradients(batch, temperature, noise(0), critic_work, gradients)
             },
             || networks.actor_gradient(batch, temperature, noise(1), actor_work, actor_gradient),
         );
-        losses.copy_from_slice(&[critic_loss, actor_loss, value, log_density]);
+        let value = 0.5 * values[0] + 0.5 * values[1];
+        let target = critic_work.targets.iter().sum::<f32>() * batch.share();
+        let [one, other] = values;
+        losses.copy_from_slice(&[critic_loss, actor_loss, value, log_density, one, other, target]);
         average(&mut gradients.numbers);
 
         let [first, second, actor_gradient, losses] = gradients.parts_mut();
@@ -150,6 +154,20 @@ impl Algorithm for Sac {
             self.temperature_adam.step(num_updates, 1.0, &mut self.log_temperature, &[slope]);
         }
         Losses::new(losses[0], losses[1], losses[2])
+    }
+
+    fn diagnostics(&self) -> Vec<(&'static str, f32)> {
+        let ([first, second, actor, _], means) = self.gradients.norms();
+        vec![
+            ("critic_1_value", means[4]),
+            ("critic_2_value", means[5]),
+            ("target", means[6]),
+            ("temperature", libm::expf(self.log_temperature[0])),
+            ("entropy", -means[3]),
+            ("critic_1_gradient_norm", first),
+            ("critic_2_gradient_norm", second),
+            ("actor_gradient_norm", actor),
+        ]
     }
 
     fn greedy_layers(&self) -> Vec<LayerWeights> {
@@ -187,7 +205,7 @@ impl Algorithm for Sac {
 impl Networks {
     /// Computes the gradients of the critics' losses: their mean squared errors against the reward
     /// and the discounted soft value of the next state. Returns the sum of the losses and the mean
-    /// value.
+    /// value of each critic.
     fn critic_gradients(
         &self,
         batch: Transitions<'_>,
@@ -195,7 +213,7 @@ impl Networks {
         mut rng: impl Rng,
         work: &mut Work,
         gradients: [&mut [f32]; 2],
-    ) -> (f32, f32) {
+    ) -> (f32, [f32; 2]) {
         let inputs = batch.next_input;
         let Work { actor, critics: [first, second], sample, targets } = work;
         let outputs = actor.run(&self.actor.network, batch.next_actor_input);
@@ -208,14 +226,10 @@ impl Networks {
         targets.clear();
         targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
 
-        let (mut loss, mut value) = (0.0, 0.0);
-        let passes = [first, second].into_iter().zip(&self.critics);
-        for ((pass, critic), gradient) in passes.zip(gradients) {
-            let own = regress(pass, &critic.network, batch, targets, gradient);
-            loss += own.0;
-            value += 0.5 * own.1;
-        }
-        (loss, value)
+        let [one, other] = gradients;
+        let one = regress(first, &self.critics[0].network, batch, targets, one);
+        let other = regress(second, &self.critics[1].network, batch, targets, other);
+        (one.0 + other.0, [one.1, other.1])
     }
 
     /// Computes the gradient of the actor's loss: the mean of the temperature times the logarithm

@@ -171,7 +171,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             seed: self.seed,
             num_ranks: self.workers.size(),
             counters: self.counters,
-            recent: self.recent,
+            recent: self.recent.clone(),
             rows: self.rows.clone(),
             rest: self.rest,
             inputs: self.replay.inputs.clone(),

@@ -1,5 +1,7 @@
 //! The learning curve of a run.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::learn::algorithm::interface::Losses;
@@ -43,7 +45,7 @@ impl Counters {
 }
 
 /// A row of the learning curve: the state of the run at an evaluation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct CurveRow {
     /// The counters at the evaluation.
@@ -58,7 +60,24 @@ pub struct CurveRow {
     pub collected_success: Option<f64>,
     /// The mean losses of the updates since the last evaluation.
     pub losses: Option<Losses>,
+    /// Numbers that show how a run goes, by their names; a number that is not finite is left out.
+    ///
+    /// - `update/NAME`: what the algorithm [reports](crate::learn::Algorithm::diagnostics) of the last
+    ///   update, such as the norms of gradients. [`Ddpg`](crate::learn::Ddpg) and
+    ///   [`Sac`](crate::learn::Sac) report the mean target, and SAC its temperature, the entropy of
+    ///   the actor and the mean value of each critic.
+    /// - `buffer/distance` and `buffer/success`: the mean distance from the goal after a step of the
+    ///   buffer, and the share of the steps that reach it.
+    /// - `buffer/relabeled_success`: the share of the relabeled rows that reach their goal, as training
+    ///   rewards it: the rows with a sparse reward of 0.
+    ///
+    /// The numbers of the buffer are means over about 1,000 drawn transitions.
+    #[serde(default)]
+    pub diagnostics: Diagnostics,
 }
+
+/// Numbers by their names.
+pub(crate) type Diagnostics = BTreeMap<String, f32>;
 
 /// The success rate at which a run may stop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -109,7 +128,7 @@ pub struct UpdateSeconds {
 }
 
 /// Sums since the last evaluation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Recent {
     episodes: u64,
     successes: u64,
@@ -117,6 +136,9 @@ pub(crate) struct Recent {
     critic: f64,
     actor: f64,
     value: f64,
+    /// What the algorithm reported of the last update.
+    #[serde(default)]
+    pub(super) diagnostics: Diagnostics,
 }
 
 impl Recent {
@@ -127,8 +149,8 @@ impl Recent {
 
     /// Returns the counts, each with its name.
     pub(crate) const fn counts(&self) -> [(&'static str, u64); 3] {
-        let Self { episodes, successes, updates, .. } = *self;
-        [("episodes", episodes), ("successes", successes), ("updates", updates)]
+        let Self { episodes, successes, updates, .. } = self;
+        [("episodes", *episodes), ("successes", *successes), ("updates", *updates)]
     }
 
     /// Returns the success rate of the episodes.

@@ -5,6 +5,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::collecting::Steps;
+use super::diagnostics::finite;
 use super::env::LearnEnv;
 use super::inputs::Inputs;
 use super::seeds::SeedUse;
@@ -140,6 +141,9 @@ impl<E: LearnEnv> Trainer<E> {
                 return Err(self.failed(error));
             }
             goes_on = go_on();
+        }
+        if num_updates > 0 && counters.updates == end {
+            recent.diagnostics = finite("update", updates.algorithm.diagnostics()).collect();
         }
         counters.seconds += start.elapsed().as_secs_f64();
         Ok(end - counters.updates)

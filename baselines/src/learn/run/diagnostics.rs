@@ -75,6 +75,8 @@ impl<E: LearnEnv> Replay<E> {
             drawn.successes += f64::from(is_success);
         }
         let of_update = self.sampler(num_updates).with_batch_size(NUM_DRAWN).with_n_step(None);
+        // A mirrored row is as far from its goal as the other.
+        let of_update = of_update.with_mirrored(UnitInterval::ZERO);
         for Goals { is_relabeled, achieved, desired } in self.draw_goals(of_update, seed)? {
             let is_success = is_relabeled && self.reward().is_success(&achieved, &desired);
             drawn.relabeled += f64::from(is_relabeled);

@@ -61,6 +61,7 @@ impl<E: LearnEnv> Trainer<E> {
         }
         self.counters.evaluations += 1;
         let summary = gather_episodes(&mut *self.workers, &evaluation)?.summary()?;
+        let diagnostics = self.diagnostics()?;
         let recent = std::mem::take(&mut self.recent);
         let row = CurveRow {
             counters: self.counters,
@@ -69,8 +70,9 @@ impl<E: LearnEnv> Trainer<E> {
             final_distance_mean: summary.final_distance_mean.value,
             collected_success: recent.success_rate(),
             losses: recent.losses(),
+            diagnostics,
         };
-        self.rows.push(row);
+        self.rows.push(row.clone());
         self.check_weights()?;
         Ok(row)
     }

@@ -4,6 +4,7 @@ pub(crate) mod collecting;
 pub(crate) mod curve;
 mod cycle;
 pub(crate) mod demonstrated;
+mod diagnostics;
 pub(crate) mod env;
 mod evaluation;
 pub(crate) mod explorer;

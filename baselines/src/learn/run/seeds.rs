@@ -25,6 +25,8 @@ pub(super) enum SeedUse {
     DemonstratedNormalizers,
     /// The noise of the observations of each update.
     ObservationNoise,
+    /// The transitions that describe the buffer in a row of the curve.
+    Diagnostics,
 }
 
 /// Returns the seed of a process's own random numbers: for the first process, that of the run.

@@ -35,7 +35,9 @@ class Training:
     curve: list[dict[str, Any]]
     """A row for each evaluation, with ``counters`` (steps, episodes, updates, seconds, ...),
     ``success_rate`` (value and 95 % interval), ``episode_return_mean``, ``final_distance_mean`` (in
-    meters) and more."""
+    meters), and ``diagnostics``: numbers by their names, such as ``update/target`` and
+    ``update/critic_gradient_norm`` of the last update, and ``buffer/distance``,
+    ``buffer/success`` and ``buffer/relabeled_success`` of what is learned from."""
     settings: dict[str, Any]
     """The settings of the learner."""
     interrupted: bool = False

@@ -31,6 +31,10 @@ def test_tensorboard_reads_the_curve(tmp_path):
     assert [event.step for event in scalars["success_rate"]] == [
         row["counters"]["steps"] for row in curve
     ]
+    names = [name for name in scalars if name.startswith(("update/", "buffer/"))]
+    assert sorted(names) == sorted(curve[-1]["diagnostics"])
+    values = [event.value for event in scalars["buffer/distance"]]
+    assert values == pytest.approx([row["diagnostics"]["buffer/distance"] for row in curve])
     for name in ("episode_return_mean", "final_distance_mean"):
         values = [event.value for event in scalars[name]]
         assert values == pytest.approx([row[name] for row in curve], rel=1e-6)
