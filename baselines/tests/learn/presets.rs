@@ -61,7 +61,6 @@ fn shown(value: &Value) -> String {
                 digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
             format!("{sign}{}", groups.join(","))
         }
-        Value::String(word) => word.clone(),
         value => value.to_string(),
     }
 }
@@ -108,8 +107,19 @@ fn table() -> Result<String> {
             {
                 "as `fast`".to_owned()
             } else {
-                assert!(of_books.iter().all(|value| *value == of_books[0]), "{name}");
-                cell(of_books[0], default)
+                let others = of_books[1];
+                assert!(of_books[1..].iter().all(|value| *value == others), "{name}");
+                match of_books[0] {
+                    reach if reach == others => cell(reach, default),
+                    reach => {
+                        let [others, reach] = [others, reach].map(|value| value.map(shown));
+                        format!(
+                            "{}; Reach: {}",
+                            others.ok_or("no value")?,
+                            reach.ok_or("no value")?
+                        )
+                    }
+                }
             };
             writeln!(table, " {book} | {} |", cell(of_authors, default))?;
         }

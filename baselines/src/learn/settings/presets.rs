@@ -122,7 +122,8 @@ impl TrainSettings {
     }
 
     /// Returns the settings of [`fast`](Self::fast), with SAC and the values that the book found
-    /// best for it on Push: gamma 0.95 and a fixed temperature of 0.05. Windows have one step,
+    /// best for it on Push: gamma 0.95 and a fixed temperature of 0.05. On Reach, which the book
+    /// learns from dense rewards, the temperature is tuned. Windows have one step,
     /// because the value of a longer one would lack the entropies of its steps. This project
     /// implements the book's chapter on the anatomy of these environments.
     ///
@@ -133,7 +134,12 @@ impl TrainSettings {
     #[must_use]
     pub fn book(task: Task) -> Self {
         let mut settings = Self::fast(task);
-        settings.algorithm = AlgorithmSettings::Sac(SacSettings::book());
+        let mut sac = SacSettings::book();
+        if task == Task::Reach {
+            sac.initial_temperature = 0.01;
+            sac.target_entropy = Some(-1.0);
+        }
+        settings.algorithm = AlgorithmSettings::Sac(sac);
         settings.replay.n_step = 1;
         settings.replay.n_step_updates = None;
         settings
