@@ -16,7 +16,7 @@ use crate::config::{Config, GOAL_LEN};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
-use crate::pictures::{Asked, Pictures, camera_names};
+use crate::pictures::{Pictures, camera_names};
 use crate::reset::{reset_options, seed};
 use crate::task::{self, OwnTask, Simulated};
 use crate::variation::varied;
@@ -212,21 +212,10 @@ impl Env {
     }
 
     /// A picture of the current state.
-    #[expect(clippy::too_many_arguments, reason = "Python names them")]
-    fn draw<'py>(
-        &self,
-        py: Python<'py>,
-        width: Option<Integer<u32>>,
-        height: Option<Integer<u32>>,
-        camera: Option<&Bound<'py, PyAny>>,
-        kind: &str,
-        marker: bool,
-        samples: Integer<u8>,
-    ) -> Result<Bound<'py, PyAny>> {
-        let asked = Asked { width, height, camera, kind, marker, samples };
+    fn draw<'py>(&self, py: Python<'py>, asked: &Bound<'py, PyDict>) -> Result<Bound<'py, PyAny>> {
         let Parts { env, pictures } = &mut *self.parts.lock(py)?;
         let env = env.as_ref().ok_or_else(Error::closed)?;
-        pictures.draw(py, &[env], &[], &asked)
+        pictures.draw(py, &[env], &[], asked)
     }
 
     /// Frees the simulation and the renderer, after a call that is under way. Later calls raise an

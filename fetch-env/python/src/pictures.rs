@@ -10,7 +10,7 @@ use numpy::{Element, PyArrayDyn, PyArrayMethods, dtype};
 use pyo3::{
     intern,
     prelude::*,
-    types::{PyMapping, PyString},
+    types::{PyDict, PyMapping, PyString},
 };
 
 use crate::arrays::{Numbers, numpy};
@@ -37,14 +37,36 @@ pub(crate) struct Pictures {
     views: VecDeque<View>,
 }
 
-/// What a call asks for.
-pub(crate) struct Asked<'a, 'py> {
-    pub(crate) width: Option<Integer<u32>>,
-    pub(crate) height: Option<Integer<u32>>,
-    pub(crate) camera: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) kind: &'a str,
-    pub(crate) marker: bool,
-    pub(crate) samples: Integer<u8>,
+/// What a call asks for; see `draw` in Python.
+struct Asked<'py> {
+    width: Option<Integer<u32>>,
+    height: Option<Integer<u32>>,
+    camera: Option<Bound<'py, PyAny>>,
+    kind: String,
+    marker: bool,
+    samples: Integer<u8>,
+}
+
+impl<'py> Asked<'py> {
+    fn of(arguments: &Bound<'py, PyDict>) -> Result<Self> {
+        Ok(Self {
+            width: argument(arguments, "width")?,
+            height: argument(arguments, "height")?,
+            camera: argument(arguments, "camera")?,
+            kind: argument(arguments, "kind")?,
+            marker: argument(arguments, "marker")?,
+            samples: argument(arguments, "samples")?,
+        })
+    }
+}
+
+/// Returns an argument of this name.
+fn argument<'py, T>(arguments: &Bound<'py, PyDict>, name: &str) -> Result<T>
+where
+    T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>,
+{
+    let value = arguments.as_any().get_item(name)?;
+    value.extract().map_err(Into::<PyErr>::into).map_err(|error| Error::argument(name, error))
 }
 
 impl Pictures {
@@ -86,11 +108,12 @@ impl Pictures {
         py: Python<'py>,
         envs: &[&E],
         shape: &[usize],
-        asked: &Asked<'_, 'py>,
+        asked: &Bound<'py, PyDict>,
     ) -> Result<Bound<'py, PyAny>> {
-        let options = self.options(asked)?;
+        let asked = Asked::of(asked)?;
+        let options = self.options(&asked)?;
         let canvas = Canvas { envs, shape, view: self.view(py, envs[0], options)? };
-        match asked.kind {
+        match asked.kind.as_str() {
             "rgb" => canvas.fill(py, &[3], |env, renderer, row: &mut [u8]| {
                 row.copy_from_slice(env.render(renderer)?);
                 Ok(())
@@ -112,10 +135,10 @@ impl Pictures {
         }
     }
 
-    fn options(&self, asked: &Asked<'_, '_>) -> Result<RenderOptions> {
+    fn options(&self, asked: &Asked<'_>) -> Result<RenderOptions> {
         let or =
             |side: &Option<Integer<u32>>, default| side.as_ref().map_or(default, |side| side.0);
-        let camera = match asked.camera {
+        let camera = match &asked.camera {
             None => self.options.camera().clone(),
             Some(camera) => self.camera(camera)?,
         };

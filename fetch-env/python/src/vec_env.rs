@@ -18,7 +18,7 @@ use crate::episode_options::EpisodeOptions;
 use crate::error::{Error, Result};
 use crate::exclusive::{Exclusive, Guard};
 use crate::integer::Integer;
-use crate::pictures::{Asked, Pictures, camera_names};
+use crate::pictures::{Pictures, camera_names};
 use crate::reset::{options_of_each, seed};
 use crate::results::{StepTuple, Steps, observations, results, row};
 use crate::signals::Signals;
@@ -270,23 +270,12 @@ impl VecEnv {
     }
 
     /// Pictures of all environments.
-    #[expect(clippy::too_many_arguments, reason = "Python names them")]
-    fn draw<'py>(
-        &self,
-        py: Python<'py>,
-        width: Option<Integer<u32>>,
-        height: Option<Integer<u32>>,
-        camera: Option<&Bound<'py, PyAny>>,
-        kind: &str,
-        marker: bool,
-        samples: Integer<u8>,
-    ) -> Result<Bound<'py, PyAny>> {
-        let asked = Asked { width, height, camera, kind, marker, samples };
+    fn draw<'py>(&self, py: Python<'py>, asked: &Bound<'py, PyDict>) -> Result<Bound<'py, PyAny>> {
         let Parts { envs, pictures, .. } = &mut *self.lock(py)?;
         let envs = envs.as_ref().ok_or_else(Error::closed)?;
         let num_envs = envs.num_envs();
         let all: Vec<_> = (0..num_envs).map(|index| env(envs, index)).collect::<Result<_>>()?;
-        pictures.draw(py, &all, &[num_envs], &asked)
+        pictures.draw(py, &all, &[num_envs], asked)
     }
 
     /// Ends the threads and frees the simulations, after a call that is under way. Later calls

@@ -11,6 +11,7 @@ from typing_extensions import Self, Unpack
 
 from .acting import Act
 from .kinds import OtherKind
+from .made import Asked
 from .rewards import Reward, Terminated
 from .settings import EpisodeOptions, Settings
 from .spaces import Observation
@@ -111,15 +112,7 @@ class Env:
     def scene(self) -> str | tuple[str, dict[str, str]]: ...
     def simulation(self) -> dict[str, Any]: ...
     def camera_names(self) -> list[str]: ...
-    def draw(
-        self,
-        width: int | None,
-        height: int | None,
-        camera: str | Mapping[str, Any] | None,
-        kind: str,
-        marker: bool,
-        samples: int,
-    ) -> NDArray[Any]: ...
+    def draw(self, asked: Asked) -> NDArray[Any]: ...
     def close(self) -> None: ...
 
 class VecEnv:
@@ -155,15 +148,7 @@ class VecEnv:
     def get_state(self) -> bytes: ...
     def set_state(self, state: bytes) -> Observation: ...
     def camera_names(self) -> list[str]: ...
-    def draw(
-        self,
-        width: int | None,
-        height: int | None,
-        camera: str | Mapping[str, Any] | None,
-        kind: str,
-        marker: bool,
-        samples: int,
-    ) -> NDArray[Any]: ...
+    def draw(self, asked: Asked) -> NDArray[Any]: ...
     def close(self) -> None: ...
 
 class Buffer:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
@@ -24,6 +24,18 @@ if TYPE_CHECKING:
 
 #: What a picture shows of each pixel.
 Kind: TypeAlias = Literal["rgb", "depth", "segmentation"]
+
+
+class Asked(TypedDict):
+    """What a picture shall show: the arguments of :meth:`MadeFromSettings.draw`."""
+
+    width: int | None
+    height: int | None
+    camera: str | Mapping[str, Any] | None
+    kind: Kind
+    marker: bool
+    samples: int
+
 
 #: The modes, and the kinds of their pictures.
 RENDER_MODES: dict[str | None, Kind] = {"rgb_array": "rgb", "depth_array": "depth"}
@@ -106,7 +118,10 @@ class MadeFromSettings(Attributes):
             gymnasium.error.ResetNeeded: Before a reset.
             ValueError: If there is no such camera or kind, or a number is out of its range.
         """
-        return self._native.draw(width, height, camera, kind, marker, samples)
+        asked = Asked(
+            width=width, height=height, camera=camera, kind=kind, marker=marker, samples=samples
+        )
+        return self._native.draw(asked)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what pickling and copying keep: neither the renderer, nor threads, nor models."""
