@@ -51,6 +51,8 @@ mod evaluate;
 pub mod learn;
 #[cfg(any(feature = "datasets", feature = "learn"))]
 mod normal;
+#[cfg(feature = "mujoco")]
+mod on_mujoco;
 #[cfg(feature = "page")]
 pub mod page;
 mod planned;
@@ -73,6 +75,8 @@ pub use evaluate::{
     ControlSummary, Controls, Episode, Evaluation, EvaluationError, Summary, evaluate,
     evaluate_vec, evaluate_vec_while, strata_of, stratum,
 };
+#[cfg(feature = "mujoco")]
+pub use on_mujoco::OnMujoco;
 pub use planned::{Plan, PlanEnv, PlannedPolicy, Planner, PlannerError, PlannerSettings};
 pub use policy::{Action, Policy, PolicyError, RandomPolicy, VecPolicy, ZeroPolicy};
 pub use scripted::{ProportionalPolicy, ScriptedPolicy};

@@ -1,15 +1,15 @@
 //! Records an episode with everything that a data set stores.
 
-use fetch_env::{ActionElement, Env, GoalObservation, Info, MujocoEnv, Reset, SnapshotEnv, Step};
+use fetch_env::{FetchObservation, GoalObservation, Info, MujocoEnv, Reset, SnapshotEnv, Step};
 use goal_reward::{DistanceReward, GoalReward, RewardKind};
 
 use super::error::DatasetError;
 use super::metadata::Metadata;
 use crate::dims::lengths_of;
 use crate::evaluate::{Episode, Event, check_policy, run_episode};
+use crate::on_mujoco::OnMujoco;
 use crate::policy::{Policy, PolicyError};
 
-type Observation = <MujocoEnv as Env>::Observation;
 type Snapshot = <MujocoEnv as SnapshotEnv>::Snapshot;
 
 /// An episode of `T` steps and `T + 1` states, in row-major matrices.
@@ -78,8 +78,8 @@ impl EpisodeRecord {
     /// hold a whole episode.
     pub fn record(
         &mut self,
-        env: &mut MujocoEnv,
-        policy: &mut (impl Policy<Observation, ActionElement<MujocoEnv>> + ?Sized),
+        env: &mut impl OnMujoco,
+        policy: &mut (impl Policy + ?Sized),
         seed: u64,
     ) -> Result<Episode, DatasetError> {
         check_policy(env, policy)?;
@@ -94,7 +94,12 @@ impl EpisodeRecord {
     }
 
     /// Begins an episode, in place of what was recorded before.
-    pub(super) fn start(&mut self, env: &MujocoEnv, seed: u64, reset: &Reset<Observation, Info>) {
+    pub(super) fn start(
+        &mut self,
+        env: &impl OnMujoco,
+        seed: u64,
+        reset: &Reset<FetchObservation, Info>,
+    ) {
         self.clear();
         self.seed = seed;
         self.state(env, &reset.observation, &reset.info);
@@ -103,9 +108,9 @@ impl EpisodeRecord {
     /// Adds a step.
     pub(super) fn step(
         &mut self,
-        env: &MujocoEnv,
-        action: &[ActionElement<MujocoEnv>],
-        step: &Step<Observation, Info>,
+        env: &impl OnMujoco,
+        action: &[f32],
+        step: &Step<FetchObservation, Info>,
     ) {
         self.actions.extend_from_slice(action);
         self.rewards.push(step.reward);
@@ -135,18 +140,18 @@ impl EpisodeRecord {
     }
 
     /// Adds a state.
-    fn state(&mut self, env: &MujocoEnv, observation: &Observation, info: &Info) {
+    fn state(&mut self, env: &impl OnMujoco, observation: &FetchObservation, info: &Info) {
         let (achieved, desired) = (observation.achieved_goal(), observation.desired_goal());
         self.observations.extend_from_slice(observation.observation());
         self.achieved_goals.extend_from_slice(achieved);
         self.desired_goals.extend_from_slice(desired);
         self.is_success.push(info.is_success);
         self.distances.push(info.distance);
-        let threshold = env.inner().config().distance_reward().threshold();
+        let threshold = env.config().distance_reward().threshold();
         let reward = |kind| DistanceReward::new(kind, threshold).reward(achieved, desired);
         self.sparse_rewards.push(reward(RewardKind::Sparse));
         self.dense_rewards.push(reward(RewardKind::Dense));
-        let data = env.inner().simulator().data();
+        let data = env.simulator().data();
         self.qpos.extend_from_slice(data.qpos());
         self.qvel.extend_from_slice(data.qvel());
         if self.keeps_snapshots {

@@ -1,10 +1,11 @@
 //! The description of a data set.
 
-use fetch_env::{Env, EnvId, MujocoEnv, RewardKind, Space, Task};
+use fetch_env::{EnvId, RewardKind, Space, Task};
 use fetch_sim::{ModelSource, MujocoVersion};
 use serde::Serialize;
 
 use super::error::DatasetError;
+use crate::on_mujoco::OnMujoco;
 
 /// The description of a data set and its origin; each format writes it beside the episodes.
 #[derive(Clone, Debug, Serialize)]
@@ -14,7 +15,11 @@ pub struct Metadata {
     pub name: String,
     /// Name of the environment.
     pub env_id: EnvId,
-    /// The model of the robot: `builtin` or `reference`.
+    /// Name of the task, if it is one of your own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task: Option<String>,
+    /// The model of the robot: `builtin` or `reference`; with a task of your own also `extended`,
+    /// `folder` or `files`.
     pub model: &'static str,
     /// The policy that acted.
     pub policy: String,
@@ -44,34 +49,63 @@ impl Metadata {
     /// model.
     pub fn new(
         name: &str,
-        env: &MujocoEnv,
+        env: &impl OnMujoco,
         policy: impl Into<String>,
         command: impl Into<String>,
+    ) -> Result<Self, DatasetError> {
+        let metadata = Self::of(name, env, policy.into(), command.into())?;
+        let (config, env_id) = (env.config(), metadata.env_id);
+        let model = config.sim().model();
+        let is_known = matches!(model, ModelSource::Builtin | ModelSource::Reference);
+        if is_known && *config == env_id.config().with_model(model.clone()) {
+            return Ok(metadata);
+        }
+        Err(DatasetError::Settings { env_id: env_id.to_string() })
+    }
+
+    /// Describes a data set of a task of your own. It has the spaces, but readers cannot make its
+    /// environment, so any settings will do.
+    ///
+    /// # Errors
+    /// [`DatasetError::Name`], as [`new`](Self::new).
+    pub fn of_own_task(
+        name: &str,
+        task: impl Into<String>,
+        env: &impl OnMujoco,
+        policy: impl Into<String>,
+        command: impl Into<String>,
+    ) -> Result<Self, DatasetError> {
+        let metadata = Self::of(name, env, policy.into(), command.into())?;
+        Ok(Self { task: Some(task.into()), ..metadata })
+    }
+
+    fn of(
+        name: &str,
+        env: &impl OnMujoco,
+        policy: String,
+        command: String,
     ) -> Result<Self, DatasetError> {
         if !is_name(name) {
             return Err(DatasetError::Name { name: name.to_owned() });
         }
-        let config = env.inner().config();
-        let env_id = EnvId { task: config.task(), reward: config.distance_reward().kind() };
-        let model = match config.sim().model() {
-            ModelSource::Builtin => "builtin",
-            ModelSource::Reference => "reference",
-            _ => "",
-        };
-        if model.is_empty() || *config != env_id.config().with_model(config.sim().model().clone()) {
-            return Err(DatasetError::Settings { env_id: env_id.to_string() });
-        }
-        let data = env.inner().simulator().data();
+        let (config, data) = (env.config(), env.simulator().data());
         Ok(Self {
             name: name.to_owned(),
-            env_id,
-            model,
-            policy: policy.into(),
-            command: command.into(),
+            env_id: EnvId { task: config.task(), reward: config.distance_reward().kind() },
+            task: None,
+            model: match config.sim().model() {
+                ModelSource::Builtin => "builtin",
+                ModelSource::Reference => "reference",
+                ModelSource::Folder(_) => "folder",
+                ModelSource::Extended(_) => "extended",
+                _ => "files",
+            },
+            policy,
+            command,
             version: env!("CARGO_PKG_VERSION"),
             mujoco: MujocoVersion::of_library()
                 .map_or_else(|_| String::new(), |version| version.to_string()),
-            max_episode_steps: env.max_episode_steps().get(),
+            max_episode_steps: config.max_episode_steps().get(),
             observation_space: env.observation_space().clone(),
             action_space: env.action_space().clone().into(),
             states: [data.qpos().len(), data.qvel().len()],
@@ -88,12 +122,21 @@ impl Metadata {
         format!("fetch/{}{dense}/{set}-v0", scene(env_id.task).replace('_', "-"))
     }
 
+    /// Returns the name of the first version of a set of a task of your own, such as
+    /// `fetch/stack/mine-v0` of `examples.Stack`.
+    #[must_use]
+    pub fn name_of_own(task: &str, set: &str) -> String {
+        let name = task.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
+        format!("fetch/{}/{set}-v0", name.replace(|c: char| !c.is_ascii_alphanumeric(), "-"))
+    }
+
     /// Returns a sentence about the data set.
     #[cfg(feature = "minari")]
     pub(super) fn sentence(&self) -> String {
         let Self { env_id, policy, model, version, mujoco, .. } = self;
+        let own = self.task.as_ref().map_or(String::new(), |task| format!("the task {task} in "));
         format!(
-            "Episodes of {policy} in {env_id} on the {model} model, by fetch-baselines {version} \
+            "Episodes of {policy} in {own}{env_id} on the {model} model, by fetch-baselines {version} \
              on MuJoCo {mujoco}. The infos hold both rewards of each state and its exact qpos and \
              qvel."
         )

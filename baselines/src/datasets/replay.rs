@@ -4,7 +4,9 @@ use std::cell::Cell;
 use std::sync::mpsc::{Sender, channel};
 
 use fetch_env::wrappers::{KeepsGoals, Resetting, Wrapper};
-use fetch_env::{ActionElement, Env, EnvError, EnvExt, MujocoEnv, Reset, Space, Step};
+use fetch_env::{
+    BoxSpace, EnvError, EnvExt, FetchObservation, FetchResetOptions, Info, Reset, Space, Step,
+};
 use rand::Rng;
 
 use super::episode::EpisodeRecord;
@@ -12,6 +14,7 @@ use super::error::DatasetError;
 use super::writer::{DatasetWriter, record_for};
 use crate::evaluate::{Episode, Evaluation};
 use crate::learn::{TrainError, TrainSettings, Trainer};
+use crate::on_mujoco::OnMujoco;
 use crate::reset_seeds::ResetSeeds;
 
 /// Error returned by [`write_replay`].
@@ -55,8 +58,8 @@ debug_as_display!(ReplayError);
 /// # }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn write_replay(
-    make: impl Fn() -> Result<MujocoEnv, EnvError>,
+pub fn write_replay<E: OnMujoco + Send + 'static>(
+    make: impl Fn() -> Result<E, EnvError>,
     settings: TrainSettings,
     seed: u64,
     count: usize,
@@ -112,31 +115,31 @@ impl Keeping {
     }
 }
 
-impl Wrapper<MujocoEnv> for Keeping {
-    type Observation = <MujocoEnv as Env>::Observation;
-    type Info = <MujocoEnv as Env>::Info;
-    type ActionSpace = <MujocoEnv as Env>::ActionSpace;
+impl<E: OnMujoco> Wrapper<E> for Keeping {
+    type Observation = FetchObservation;
+    type Info = Info;
+    type ActionSpace = BoxSpace<f32>;
 
     fn reset(
         &mut self,
-        env: &mut Resetting<'_, MujocoEnv>,
+        env: &mut Resetting<'_, E>,
         seed: Option<u64>,
-        options: &<MujocoEnv as Env>::ResetOptions,
-    ) -> Result<Reset<Self::Observation, Self::Info>, EnvError> {
+        options: &FetchResetOptions,
+    ) -> Result<Reset<FetchObservation, Info>, EnvError> {
         let seeds = self.seeds.after(seed);
         let seed = seed.unwrap_or_else(|| seeds.rng().next_u64());
         let reset = env.reset_with(Some(seed), options)?;
         self.seeds = seeds;
         self.episode = Episode::new(Some(seed));
-        self.record.start(env, seed, &reset);
+        self.record.start(&**env, seed, &reset);
         Ok(reset)
     }
 
     fn step(
         &mut self,
-        env: &mut MujocoEnv,
-        action: &[ActionElement<MujocoEnv>],
-    ) -> Result<Step<Self::Observation, Self::Info>, EnvError> {
+        env: &mut E,
+        action: &[f32],
+    ) -> Result<Step<FetchObservation, Info>, EnvError> {
         let step = env.step(action)?;
         self.record.step(env, action, &step);
         self.episode.add(step.reward, &step.info);
@@ -148,11 +151,11 @@ impl Wrapper<MujocoEnv> for Keeping {
         Ok(step)
     }
 
-    fn action_space<'a>(&'a self, env: &'a MujocoEnv) -> &'a Self::ActionSpace {
+    fn action_space<'a>(&'a self, env: &'a E) -> &'a BoxSpace<f32> {
         env.action_space()
     }
 
-    fn observation_space<'a>(&'a self, env: &'a MujocoEnv) -> &'a Space {
+    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
         env.observation_space()
     }
 }

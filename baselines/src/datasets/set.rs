@@ -1,6 +1,6 @@
 //! The policies of the published sets.
 
-use fetch_env::{BoxSpace, Env, FetchObservation, MujocoEnv, Space};
+use fetch_env::{BoxSpace, FetchObservation, Space};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -9,6 +9,7 @@ use super::error::DatasetError;
 use super::writer::{DatasetWriter, record_for};
 use crate::evaluate::{Episode, Evaluation, seeds};
 use crate::normal::standard_normal;
+use crate::on_mujoco::OnMujoco;
 use crate::policy::{Policy, PolicyError, RandomPolicy};
 use crate::scripted::ScriptedPolicy;
 use crate::trained::{TrainedPolicy, TrainedPolicyError};
@@ -73,7 +74,7 @@ impl SetKind {
 /// # Errors
 /// [`DatasetError`].
 pub fn write_set(
-    env: &mut MujocoEnv,
+    env: &mut impl OnMujoco,
     policy: &mut SetPolicy,
     count: usize,
     first_seed: u64,
@@ -110,8 +111,8 @@ impl SetPolicy {
     ///
     /// # Errors
     /// As [`TrainedPolicy::shipped`].
-    pub fn new(kind: SetKind, env: &MujocoEnv) -> Result<Self, TrainedPolicyError> {
-        let task = env.inner().config().task();
+    pub fn new(kind: SetKind, env: &impl OnMujoco) -> Result<Self, TrainedPolicyError> {
+        let task = env.config().task();
         let space = env.action_space().clone();
         Ok(Self {
             kind,
@@ -169,10 +170,14 @@ impl Policy for SetPolicy {
         observation_space: &Space,
         action_space: &Space,
     ) -> Result<(), PolicyError> {
-        let policies: [&dyn Policy; 3] = [&self.random, &self.scripted, &self.trained];
-        policies
-            .into_iter()
-            .try_for_each(|policy| policy.check_spaces(observation_space, action_space))
+        let policies: &[&dyn Policy] = match self.kind {
+            SetKind::Random => &[&self.random],
+            SetKind::Scripted => &[&self.scripted],
+            SetKind::Expert => &[&self.trained],
+            SetKind::ExpertNoisy => &[&self.random, &self.trained],
+            SetKind::Mixed => &[&self.random, &self.scripted, &self.trained],
+        };
+        policies.iter().try_for_each(|policy| policy.check_spaces(observation_space, action_space))
     }
 
     fn reset(&mut self) {

@@ -32,7 +32,7 @@ const VERSION: &str = "0.5.0";
 /// | `infos["qpos"]`, `["qvel"]` | `(T + 1, dim)` | `f8` |
 /// | `infos["snapshot"]`, [if it is asked for](Self::with_snapshots) | `(T + 1, length)` | `u1` |
 ///
-/// The metadata of an episode contain its seed. `recover_environment()` makes the environment of
+/// The metadata of an episode contain its seed. In a built-in task, `recover_environment()` makes the environment of
 /// the Python package `fetch-env`, and `recover_environment(eval_env=True)` that of
 /// gymnasium-robotics, which must be installed.
 #[derive(Debug)]
@@ -125,13 +125,15 @@ impl MinariWriter {
             "total_episodes": self.episodes,
             "total_steps": self.steps,
             "dataset_size": size,
-            "env_spec": own_spec(&self.metadata).to_string(),
-            "eval_env_spec": robotics_spec(&self.metadata).to_string(),
             "algorithm_name": policy,
             "description": self.metadata.sentence(),
             "requirements": [format!("fetch-env>={version}")],
             "fetch": self.metadata,
         });
+        if self.metadata.task.is_none() {
+            metadata["env_spec"] = own_spec(&self.metadata).to_string().into();
+            metadata["eval_env_spec"] = robotics_spec(&self.metadata).to_string().into();
+        }
         let spaces = [
             ("observation_space", &self.metadata.observation_space),
             ("action_space", &self.metadata.action_space),
