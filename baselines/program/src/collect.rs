@@ -10,12 +10,12 @@ use std::{
 
 use anyhow::Context;
 use baselines::{
-    Estimate, Evaluation, RandomPolicy, buffer_config, collect,
+    Estimate, Evaluation, OnMujoco, RandomPolicy, buffer_config, collect,
     datasets::{EpisodeRecord, Metadata},
     gather_episodes,
     workers::{Workers, share},
 };
-use fetch_env::{Env, EnvId, make};
+use fetch_env::{Env, EnvId};
 use her_relabel::HerBuffer;
 use serde_json::json;
 
@@ -27,6 +27,7 @@ use crate::shared::{
     progress,
     ranks::{RankArgs, share_run},
     signals::{Signals, Stopped},
+    tasks::Tasks,
 };
 
 #[derive(Clone, Debug, clap::Args)]
@@ -64,7 +65,7 @@ pub struct Args {
     ranks: RankArgs,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     let facts = [
         ("command", "collect".to_owned()),
         ("--env-id", args.env_id.to_string()),
@@ -74,17 +75,21 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
         ("--model", flag_name(args.model)),
     ];
     if let (Some(format), Some(out)) = (args.format, &args.out) {
-        return collect_dataset(args, format, out);
+        return collect_dataset(tasks, args, format, out);
     }
-    share_run(&args.ranks, &facts, |workers| collect_shared(args, &mut *workers()))
+    share_run(&args.ranks, &facts, |workers| collect_shared(tasks, args, &mut *workers()))
 }
 
 /// Collects this rank's share of the episodes; the first rank saves those of all ranks.
-fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool> {
+fn collect_shared(
+    tasks: &impl Tasks,
+    args: &Args,
+    workers: &mut dyn Workers,
+) -> anyhow::Result<bool> {
     let config = args.env_id.config().with_model(args.model.source());
-    let mut env = make(config)?;
+    let mut env = tasks.make(config)?;
     let own = share(workers, args.episodes.get());
-    let steps = env.max_episode_steps().get() as usize;
+    let steps = env.config().max_episode_steps().get() as usize;
     let config = buffer_config(args.episodes.get().saturating_mul(steps), &env)?;
     let mut buffer = HerBuffer::<f64>::new(config.clone())?;
     let mut policy = policy_of(&args.policy, &env, args.seed)?;
@@ -118,12 +123,17 @@ fn collect_shared(args: &Args, workers: &mut dyn Workers) -> anyhow::Result<bool
 }
 
 /// Writes the episodes as a data set, one after another.
-fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bool> {
+fn collect_dataset(
+    tasks: &impl Tasks,
+    args: &Args,
+    format: Format,
+    out: &Path,
+) -> anyhow::Result<bool> {
     let Args { env_id, policy: name, episodes, seed, model, snapshots, .. } = args;
     if *snapshots && format != Format::Minari {
         return Err(usage("--snapshots: only Minari's format has them, so use --format minari"));
     }
-    let mut env = make(env_id.config().with_model(model.source()))?;
+    let mut env = tasks.make(env_id.config().with_model(model.source()))?;
     let mut policy = policy_of(name, &env, *seed)?;
     let stem = Path::new(name).file_stem().and_then(OsStr::to_str).unwrap_or_default();
     let command = format!(
@@ -133,7 +143,13 @@ fn collect_dataset(args: &Args, format: Format, out: &Path) -> anyhow::Result<bo
         flag_name(format),
         if *snapshots { " --snapshots" } else { "" }
     );
-    let metadata = Metadata::new(&Metadata::name_of(*env_id, stem), &env, name, command)?;
+    let metadata = match tasks.task() {
+        None => Metadata::new(&Metadata::name_of(*env_id, stem), &env, name, command),
+        Some(task) => {
+            let set = Metadata::name_of_own(task, stem);
+            Metadata::of_own_task(&set, task, &env, name, command)
+        }
+    }?;
     let signals = Signals::listen()?;
     let put_off = signals.put_off();
     let mut writer = format.create(out, metadata, *snapshots)?;

@@ -7,7 +7,7 @@ use crate::{
 #[cfg(feature = "full")]
 use crate::{
     collect, completions, datasets, evaluate, figures, learning_curves, plan, play, report,
-    robustness, train,
+    robustness, shared::tasks::Tasks, train,
 };
 
 #[derive(clap::Subcommand)]
@@ -99,11 +99,9 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs the command, `train` by this function, and returns whether everything passed.
-    pub fn run(
-        &self,
-        #[cfg(feature = "full")] train: &dyn Fn(&train::Args) -> anyhow::Result<bool>,
-    ) -> anyhow::Result<bool> {
+    /// Runs the command, and returns whether everything passed. Those of the chapter are about the
+    /// built-in tasks alone.
+    pub fn run(&self, #[cfg(feature = "full")] tasks: &impl Tasks) -> anyhow::Result<bool> {
         match self {
             Self::Verify(args) => verify::run(args),
             Self::Bridge(args) => bridge::run(args),
@@ -114,21 +112,21 @@ impl Command {
             Self::Exercise(args) => exercise::run(args),
             Self::Doctor(args) => doctor::run(args),
             #[cfg(feature = "full")]
-            Self::Train(args) => train(args),
+            Self::Train(args) => train::run(tasks, args),
             #[cfg(feature = "full")]
             Self::LearningCurves(args) => learning_curves::run(args),
             #[cfg(feature = "full")]
-            Self::Evaluate(args) => evaluate::run(args),
+            Self::Evaluate(args) => evaluate::run(tasks, args),
             #[cfg(feature = "full")]
-            Self::Robustness(args) => robustness::run(args),
+            Self::Robustness(args) => robustness::run(tasks, args),
             #[cfg(feature = "full")]
-            Self::Play(args) => play::run(args),
+            Self::Play(args) => play::run(tasks, args),
             #[cfg(feature = "full")]
-            Self::Plan(args) => plan::run(args),
+            Self::Plan(args) => plan::run(tasks, args),
             #[cfg(feature = "full")]
-            Self::Collect(args) => collect::run(args),
+            Self::Collect(args) => collect::run(tasks, args),
             #[cfg(feature = "full")]
-            Self::Datasets(args) => datasets::run(args),
+            Self::Datasets(args) => datasets::run(tasks, args),
             #[cfg(feature = "full")]
             Self::Figures(args) => figures::run(args),
             #[cfg(feature = "full")]

@@ -11,6 +11,7 @@ use crate::shared::{
     episodes::EpisodeArgs,
     json::{Metric, write_results},
     progress,
+    tasks::Tasks,
 };
 
 #[derive(Clone, Debug, clap::Args, Serialize)]
@@ -78,13 +79,13 @@ struct Row {
     summary: Summary,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     let (run, policy) = (&args.episodes, &args.policy);
     let threads = run.threads()?;
     let bar = progress::bar(run.episodes.get().saturating_mul(args.env_id.len()), "episodes");
     let mut rows = Vec::new();
     for &env_id in &args.env_id {
-        let evaluation = run.evaluate(&run.config(env_id), policy, &threads, &bar)?;
+        let evaluation = run.evaluate(tasks, &run.config(env_id), policy, &threads, &bar)?;
         rows.push(Row { env_id, stratum: None, summary: evaluation.summary()? });
         let strata = evaluation.strata(|episode| stratum(env_id.task, episode));
         for (stratum, part) in strata.into_iter().filter(|(stratum, _)| stratum.is_some()) {

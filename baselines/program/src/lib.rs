@@ -37,11 +37,11 @@ mod train;
 
 use std::ffi::OsString;
 
-#[cfg(feature = "full")]
-use baselines::runs::{BuiltInTasks, MakeEnvs};
 use clap::{CommandFactory, Parser};
 
 use self::command::Command;
+#[cfg(feature = "full")]
+use self::shared::tasks::Tasks;
 
 /// The Fetch environments: step them, check them, learn their tasks, and look at what was learned.
 #[derive(Parser)]
@@ -62,16 +62,12 @@ const EXIT_CODES: &str = "Exit codes: 0 if everything passed, 1 if a check faile
 /// It writes to the standard streams of the process. `train`, `plan`, `datasets`, and `collect` with
 /// `--format`, listen to SIGINT and SIGTERM from their beginning on, also after this function has
 /// returned. In all other commands, signals do what the host has set.
+///
+/// `train`, `evaluate`, `robustness`, `play`, `plan`, `collect` and `datasets` act in environments that
+/// `tasks` makes, [built-in](baselines::runs::BuiltInTasks) ones or the host's own.
 #[cfg(feature = "full")]
-pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    main_on(&BuiltInTasks, arguments)
-}
-
-/// Runs the program as [`main`] does, and trains in environments that `tasks` makes, such as those that
-/// the host has a learner for anyway.
-#[cfg(feature = "full")]
-pub fn main_on(tasks: &impl MakeEnvs, arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    run(arguments, |command| command.run(&|args| train::run(tasks, args)))
+pub fn main(tasks: &impl Tasks, arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    run(arguments, |command| command.run(tasks))
 }
 
 /// Runs the program with arguments, which do not begin with the program's name, and returns its

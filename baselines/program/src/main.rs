@@ -4,5 +4,10 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(fetch_cli::main(std::env::args_os().skip(1)))
+    let arguments = std::env::args_os().skip(1);
+    #[cfg(feature = "full")]
+    let code = fetch_cli::main(&baselines::runs::BuiltInTasks, arguments);
+    #[cfg(not(feature = "full"))]
+    let code = fetch_cli::main(arguments);
+    ExitCode::from(code)
 }

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use baselines::page::{Document, Playback};
 use clap::ValueEnum;
-use fetch_env::{EnvId, GoalObservation, make};
+use fetch_env::{EnvId, GoalObservation};
 
 use crate::shared::{
     choice::{PolicyChoice, policy_of},
     env_id::parse_env_id,
     json::write_text,
+    tasks::Tasks,
 };
 
 #[derive(clap::Args)]
@@ -32,9 +33,9 @@ pub struct Args {
     verbose: bool,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env_id, args.seed);
-    let mut env = make(id)?;
+    let mut env = tasks.make(id.config())?;
     let mut policy = policy_of(&args.policy, &env, seed)?;
     if args.verbose {
         say!("  step   reward  distance  achieved goal            action")?;

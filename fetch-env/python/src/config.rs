@@ -112,8 +112,7 @@ impl Config {
         if let Some(draws) = variation {
             config = config.with_variation(variation::variation(draws)?);
         }
-        let settings = config.distance_reward();
-        let task = task.map(|task| OwnTask::new(task, settings)).transpose()?.map(Arc::new);
+        let task = task.map(OwnTask::new).transpose()?.map(Arc::new);
         check_factors(task.as_ref(), config.variation().iter().map(|(factor, _)| factor))?;
         Ok(Self { config, id, task })
     }
@@ -325,7 +324,8 @@ impl Config {
 impl Config {
     /// Returns the task in Python, with its methods called once for many environments or for each.
     pub(crate) fn own(&self, is_together: bool) -> Option<Own> {
-        self.task.clone().map(|task| Own { task, is_together })
+        let settings = self.config.distance_reward();
+        self.task.clone().map(|task| Own { task, is_together, settings })
     }
 
     /// Returns the reward of the settings, or of the task in Python.

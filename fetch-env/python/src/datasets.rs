@@ -8,7 +8,6 @@ use baselines::{
         DatasetWriter, EpisodeRecord, Metadata, MinariWriter, OgBenchWriter, SetKind, SetPolicy,
     },
 };
-use fetch_env::{EnvId, make};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
@@ -18,6 +17,7 @@ use crate::env::Env;
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
+use crate::task::{self, Own};
 use crate::warnings::simulate;
 
 /// Writes a data set, and returns the summary of its episodes as JSON. `set` is the name of a policy,
@@ -36,14 +36,12 @@ pub(crate) fn write_dataset(
     seed: Integer<u64>,
     snapshots: bool,
 ) -> Result<String> {
-    config.check_built_in("write its episodes with Minari's own collector")?;
     let acting = policy.map(|policy| Acting::take(policy, batched)).transpose()?;
-    let config = config.config.clone();
+    let (config, id, own) = (config.config.clone(), config.id, config.own(false));
     let (Integer(episodes), Integer(seed)) = (episodes, seed);
     let path = folder.clone();
     let written = simulate(py, || -> Result<_> {
-        let env_id = EnvId { task: config.task(), reward: config.distance_reward().kind() };
-        let mut env = make(config)?;
+        let mut env = task::make(config, own.as_ref())?.time_limited();
         let mut actor = match acting {
             Some(acting) => Actor::Given(acting),
             None => {
@@ -55,7 +53,13 @@ pub(crate) fn write_dataset(
             Actor::Given(_) => format!("the policy {set}"),
             Actor::Named(policy) => policy.describe().to_owned(),
         };
-        let metadata = Metadata::new(&Metadata::name_of(env_id, set), &env, policy, "");
+        let metadata = match &own {
+            None => Metadata::new(&Metadata::name_of(id, set), &env, policy, ""),
+            Some(Own { task, .. }) => {
+                let name = Metadata::name_of_own(task.name(), set);
+                Metadata::of_own_task(&name, task.name(), &env, policy, "")
+            }
+        };
         let mut writer = writer(format, folder, metadata.map_err(Error::chain)?, snapshots)?;
         let mut record = EpisodeRecord::default();
         if snapshots {
@@ -65,16 +69,18 @@ pub(crate) fn write_dataset(
         for seed in (0..episodes as u64).map(|episode| seed.wrapping_add(episode)) {
             // Ctrl-C is an error like others: the writers remove what they have written.
             Python::attach(|py| py.check_signals())?;
-            let episode = match &mut actor {
+            let recorded = match &mut actor {
                 Actor::Given(policy) => {
                     let recorded = record.record(&mut env, policy, seed).map_err(Error::chain);
-                    policy.or_error(recorded)?
+                    policy.or_error(recorded)
                 }
                 Actor::Named(policy) => {
                     policy.begin(seed);
-                    record.record(&mut env, &mut **policy, seed).map_err(Error::chain)?
+                    record.record(&mut env, &mut **policy, seed).map_err(Error::chain)
                 }
             };
+            own.as_ref().map_or(Ok(()), |own| own.task.check())?;
+            let episode = recorded?;
             writer.write(&record).map_err(Error::chain)?;
             evaluation.episodes.push(episode);
         }
@@ -110,7 +116,7 @@ impl NamedPolicy {
         config.check_built_in("pass a policy of your own")?;
         let kind = kind_of(name)?;
         let config = config.config.clone();
-        let env = simulate(py, || make(config))?;
+        let env = simulate(py, || task::make(config, None))?.time_limited();
         Ok(Self(Exclusive::new(SetPolicy::new(kind, &env).map_err(Error::chain)?)))
     }
 

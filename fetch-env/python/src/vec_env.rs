@@ -310,7 +310,7 @@ impl VecEnv {
     /// first environment that has failed.
     fn finish(&self, py: Python<'_>, envs: &mut Envs) -> Result<()> {
         match &self.own {
-            Some(own) if own.is_together => task::complete(py, envs, &own.task)?,
+            Some(own) if own.is_together => task::complete(py, envs, own)?,
             Some(own) => own.task.check()?,
             None => {}
         }

@@ -5,6 +5,8 @@ import gc
 import json
 import pickle
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import fetch_env
@@ -318,6 +320,94 @@ def test_a_run_in_a_folder_goes_on_with_the_same_bits(tmp_path):
         train("parts", 2000, Meet(), resume=True)
     with pytest.raises(ValueError, match="has the task Lift"):
         train("parts", 2000, None, resume=True)
+
+
+def test_data_sets_have_the_episodes_of_the_task(tmp_path, monkeypatch):
+    minari = pytest.importorskip("minari")
+    settings = {"task": Meet(), "max_episode_steps": 5}
+
+    def act(observation):
+        return np.append(observation["achieved_goal"][:3], 0)
+
+    for data_format in ("minari", "ogbench"):
+        for policy, named in (("random", {}), (act, {"name": "mine"})):
+            fetch_env.write_dataset(
+                "FetchPush-v4", policy, tmp_path, data_format, episodes=3, **named, **settings
+            )
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    env = gymnasium.make(ID, **settings)
+    for name in ("random", "mine"):
+        dataset = minari.load_dataset(f"fetch/meet/{name}-v0")
+        assert dataset.observation_space == env.observation_space
+        archive = np.load(tmp_path / f"fetch-meet-{name}-v0" / f"fetch-meet-{name}-v0-val.npz")
+        for seed, episode in enumerate(dataset):
+            states, rewards = [env.reset(seed=seed)[0]], []
+            for action in episode.actions:
+                if name == "mine":
+                    np.testing.assert_array_equal(action, np.float32(act(states[-1])))
+                state, reward, *_ = env.step(action)
+                states.append(state)
+                rewards.append(reward)
+            for key, rows in episode.observations.items():
+                np.testing.assert_array_equal(rows, [state[key] for state in states])
+                if seed == 1:
+                    stored = archive[key if key.endswith("s") else f"{key}s"]
+                    np.testing.assert_array_equal(stored, rows)
+            np.testing.assert_array_equal(episode.rewards, rewards)
+        with pytest.raises(ValueError, match="cannot be recovered"):
+            dataset.recover_environment()
+    with pytest.raises(ValueError, match="the policy is for FetchPush-v4"):
+        fetch_env.write_dataset("FetchPush-v4", "expert", tmp_path, episodes=2, **settings)
+
+
+def test_exceptions_leave_no_data_set(tmp_path):
+    class Failing(Meet):
+        def compute_reward(self, *_):
+            raise BrokenError
+
+    with pytest.raises(BrokenError):
+        fetch_env.write_dataset("FetchPush-v4", "random", tmp_path, episodes=2, task=Failing())
+    assert list(tmp_path.iterdir()) == []
+
+
+SCRIPT = """
+import sys
+sys.path.insert(0, {tests!r})
+import fetch_env
+from test_own_task import Lift, Meet
+sys.exit(fetch_env.main({task}))
+"""
+
+
+def test_the_program_acts_in_the_task(tmp_path):
+    def program(task, *words):
+        script = SCRIPT.format(tests=str(Path(__file__).parent), task=task)
+        command = [sys.executable, "-c", script, *words]
+        return subprocess.run(  # noqa: S603
+            command, cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+
+    push = ("--env-id", "FetchPush-v4", "--policy", "zero")
+    words = ("evaluate", *push, "--episodes", "2", "--threads", "1", "--json", "figures.json")
+    done = program("Meet()", *words)
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "figures.json").read_text())["results"]
+    figures = {figure["name"]: figure["value"] for figure in figures}
+
+    def still(_observation):
+        return np.zeros(4)
+
+    expected = fetch_env.evaluate("FetchPush-v4", still, 2, task=Meet())
+    name = "evaluate/FetchPush-v4/episode_return_mean"
+    assert figures[name] == expected["episode_return_mean"]["value"]
+    assert program("Meet()", "play", *push, "--out", "page.html").returncode == 0
+    assert (tmp_path / "page.html").stat().st_size > 10_000
+    collected = ("collect", *push, "--episodes", "2", "--format", "minari", "--out", "sets")
+    assert program("Meet()", *collected).returncode == 0
+    assert (tmp_path / "sets" / "fetch" / "meet" / "zero-v0").is_dir()
+    refused = program("Meet()", "evaluate", "--env-id", "FetchPush-v4", "--episodes", "2")
+    assert refused.returncode == 1
+    assert "observation" in refused.stderr
 
 
 def example(name):

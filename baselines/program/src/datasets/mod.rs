@@ -7,7 +7,7 @@ mod set;
 
 use std::{fs, num::NonZeroUsize, path::PathBuf};
 
-use fetch_env::{EnvId, make};
+use fetch_env::EnvId;
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -19,6 +19,7 @@ use crate::shared::{
     json::{Metric, write_results},
     progress,
     signals::{Signals, Stopped},
+    tasks::Tasks,
 };
 
 #[derive(Clone, Debug, clap::Args)]
@@ -52,14 +53,14 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     if args.snapshots && args.format != [Format::Minari] {
         return Err(usage("--snapshots: only Minari's format has them, so add --format minari"));
     }
     let formats = if args.format.is_empty() { &Format::ALL[..] } else { &args.format };
     let mut sets = Vec::new();
     for (env_id, kind) in chosen(&args.only)? {
-        let steps = make(env_id)?.max_episode_steps().get() as usize;
+        let steps = env_id.config().max_episode_steps().get() as usize;
         let episodes = args.steps.get().div_ceil(steps);
         if episodes < 2 && formats.contains(&Format::Ogbench) {
             let least = steps + 1;
@@ -79,7 +80,8 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let signals = Signals::listen()?;
     let put_off = signals.put_off();
     let bar = progress::bar(sets.len().saturating_mul(args.steps.get()), "steps");
-    let write = |set: &Set| set.write(&args.out, formats, &command(args, set), &bar, &signals);
+    let write =
+        |set: &Set| set.write(tasks, &args.out, formats, &command(args, set), &bar, &signals);
     // One thread writes a set, so the number of threads changes no bit.
     let written = sets.par_iter().map(write).collect::<anyhow::Result<Vec<_>>>();
     bar.finish_and_clear();

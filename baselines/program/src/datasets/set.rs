@@ -13,11 +13,11 @@ use baselines::{
     },
     learn::TrainSettings,
 };
-use fetch_env::{EnvId, MujocoEnv, make};
+use fetch_env::EnvId;
 use indicatif::ProgressBar;
 
 use super::format::{Contents, Format};
-use crate::shared::{choice::ModelChoice, signals::Signals};
+use crate::shared::{choice::ModelChoice, signals::Signals, tasks::Tasks};
 
 /// The source of the episodes of a data set.
 #[derive(Clone, Copy, Debug)]
@@ -66,8 +66,9 @@ pub struct Written {
 impl Set {
     /// Writes the set below a folder, which has a folder for each format, or removes it if this
     /// process receives a signal.
-    pub fn write(
+    pub fn write<M: Tasks>(
         self,
+        tasks: &M,
         out: &Path,
         formats: &[Format],
         command: &str,
@@ -75,10 +76,10 @@ impl Set {
         signals: &Signals,
     ) -> anyhow::Result<Written> {
         let Self { env_id, kind, model, episodes: count, first_seed, snapshots } = self;
-        let make = || Ok(make(env_id.config().with_model(model.source()))?);
+        let make = || Ok(tasks.make(env_id.config().with_model(model.source()))?);
         let mut env = make()?;
         let name = Metadata::name_of(env_id, kind.name());
-        let begin = |env: &MujocoEnv, policy: &str| {
+        let begin = |env: &M::Env, policy: &str| {
             let metadata = Metadata::new(&name, env, policy, command)?;
             let create =
                 |format: &Format| format.create(&format.root(out), metadata.clone(), snapshots);

@@ -9,9 +9,10 @@ use std::{num::NonZeroUsize, path::PathBuf, thread::available_parallelism, time:
 
 use anyhow::ensure;
 use baselines::{
-    Episode, Plan, PlannedPolicy, Planner, PlannerSettings, ScriptedPolicy, TrainedPolicy, evaluate,
+    Episode, OnMujoco, Plan, PlannedPolicy, Planner, PlannerSettings, ScriptedPolicy,
+    TrainedPolicy, evaluate,
 };
-use fetch_env::{Env, EnvId, MujocoEnv, SnapshotEnv, make};
+use fetch_env::EnvId;
 use serde::Serialize;
 
 use self::start::Start;
@@ -20,6 +21,7 @@ use crate::shared::{
     json::write_results,
     progress,
     signals::{Signals, Stopped},
+    tasks::Tasks,
 };
 
 #[derive(Clone, Debug, clap::Args, Serialize)]
@@ -58,7 +60,7 @@ struct Players {
     trained: TrainedPolicy,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     let task = args.env_id.task;
     let fewest_steps = args.fewest_steps;
     let settings = PlannerSettings { fewest_steps, ..PlannerSettings::default() };
@@ -70,7 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     let config = args.env_id.config().with_model(args.model.source());
     // An environment simulates at least one candidate.
     let num_envs = args.threads.get().min(settings.population);
-    let envs = (0..num_envs).map(|_| make(config.clone()));
+    let envs = (0..num_envs).map(|_| tasks.make(config.clone()));
     let mut envs = envs.collect::<Result<Vec<_>, _>>()?;
     let signals = Signals::listen()?;
     let put_off = signals.put_off();
@@ -111,7 +113,12 @@ fn print(rows: &[table::Row]) -> anyhow::Result<()> {
 impl Players {
     /// Plays the episode of a seed in three ways. The plan is then played from the reset again, and
     /// must end the same way.
-    fn play(&mut self, args: &Args, envs: &mut [MujocoEnv], seed: u64) -> anyhow::Result<Start> {
+    fn play(
+        &mut self,
+        args: &Args,
+        envs: &mut [impl OnMujoco + Send],
+        seed: u64,
+    ) -> anyhow::Result<Start> {
         let env = &mut envs[0];
         let first = env.reset(Some(seed))?.observation;
         let start = env.snapshot();

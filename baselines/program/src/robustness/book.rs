@@ -4,14 +4,13 @@ use std::num::NonZeroUsize;
 
 use baselines::robustness::RobustnessCurve;
 use baselines::{ControlSummary, Estimate, Evaluation, Summary, stratum};
-use fetch_env::{EnvId, Task, variation::Variation};
+use fetch_env::{EnvId, FetchConfig, Task, variation::Variation};
 use goal_reward::RewardKind;
 use indicatif::ProgressBar;
-use rayon::ThreadPool;
 
 use super::measured::{Measured, TIMES};
 use super::output::{rates, sums};
-use crate::shared::{episodes::EpisodeArgs, json::Metric, progress};
+use crate::shared::{episodes::EpisodeArgs, json::Metric, progress, tasks::Tasks};
 
 /// A table over one factor.
 struct Sweep {
@@ -153,21 +152,27 @@ const GOALS: [(&str, [f64; 2], [&str; 3]); 2] = [
     ),
 ];
 
-/// What runs the episodes.
+/// Runs the episodes of a policy.
+type Evaluate<'a> = dyn Fn(&EpisodeArgs, &FetchConfig, &str) -> anyhow::Result<Evaluation> + 'a;
+
+/// What measures the tables.
 struct Runner<'a> {
     episodes: &'a EpisodeArgs,
-    threads: &'a ThreadPool,
+    evaluate: &'a Evaluate<'a>,
     bar: &'a ProgressBar,
     figures: Vec<(String, Metric)>,
 }
 
 /// Measures and prints all tables, and returns their figures.
-pub fn run(episodes: &EpisodeArgs) -> anyhow::Result<Vec<(String, Metric)>> {
+pub fn run(tasks: &impl Tasks, episodes: &EpisodeArgs) -> anyhow::Result<Vec<(String, Metric)>> {
     let threads = episodes.threads()?;
     let values: usize = SWEEPS.iter().map(|sweep| sweep.values.len()).sum();
     let evaluations = values + 2 * (GAINS.len() + 1) + MORE.get() * GOALS.len();
     let bar = progress::bar(episodes.episodes.get().saturating_mul(evaluations), "episodes");
-    let mut runner = Runner { episodes, threads: &threads, bar: &bar, figures: Vec::new() };
+    let evaluate = |episodes: &EpisodeArgs, config: &FetchConfig, policy: &str| {
+        episodes.evaluate(tasks, config, policy, &threads, &bar)
+    };
+    let mut runner = Runner { episodes, evaluate: &evaluate, bar: &bar, figures: Vec::new() };
     GOALS.iter().try_for_each(|goals| runner.goals(goals))?;
     let (controls, noise) = SWEEPS.split_at(4);
     controls.iter().try_for_each(|sweep| runner.sweep(sweep))?;
@@ -190,7 +195,7 @@ impl Runner<'_> {
         let none = Ok(Variation::default());
         let variation = factors.iter().fold(none, |all, &(name, value)| all?.with(name, value))?;
         let config = episodes.config(id).with_variation(variation);
-        episodes.evaluate(&config, policy, self.threads, self.bar)
+        (self.evaluate)(episodes, &config, policy)
     }
 
     fn keep(&mut self, name: &str, summary: &Summary) {

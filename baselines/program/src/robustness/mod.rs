@@ -28,6 +28,7 @@ use crate::shared::{
     episodes::{EpisodeArgs, check_variation},
     json::{write_results, write_text},
     progress,
+    tasks::Tasks,
 };
 
 #[derive(Clone, Debug, clap::Args, Serialize)]
@@ -97,11 +98,11 @@ impl Args {
     }
 
     /// Checks all values before any episode runs, and returns the number of evaluations of a policy.
-    fn check(&self) -> anyhow::Result<usize> {
+    fn check(&self, tasks: &impl Tasks) -> anyhow::Result<usize> {
         let mut count = 0_usize;
         let mut check = |values: &[(&str, f64)]| {
             count += 1;
-            check_variation(&self.config(values).map_err(usage)?)
+            check_variation(tasks, &self.config(values).map_err(usage)?)
         };
         for factor in &self.factor {
             factor.each().try_for_each(|value| check(&[value]))?;
@@ -115,8 +116,8 @@ impl Args {
     }
 
     /// Measures all curves and pairs.
-    fn measure(&self) -> anyhow::Result<(Vec<Measured>, Vec<Pair>)> {
-        let evaluations = self.check()?;
+    fn measure(&self, tasks: &impl Tasks) -> anyhow::Result<(Vec<Measured>, Vec<Pair>)> {
+        let evaluations = self.check(tasks)?;
         let policies = self.policy.iter().map(|policy| Ok((policy, policies_of(policy)?)));
         let policies: Vec<_> = policies.collect::<anyhow::Result<_>>()?;
         let evaluations = evaluations * policies.iter().map(|(_, each)| each.len()).sum::<usize>();
@@ -130,7 +131,7 @@ impl Args {
                 let curve = RobustnessCurve::measure(factor, values, |value| {
                     let values: Vec<_> =
                         fixed.into_iter().chain([(factor.as_str(), value)]).collect();
-                    run.evaluate(&self.config(&values)?, policy, &threads, &bar)
+                    run.evaluate(tasks, &self.config(&values)?, policy, &threads, &bar)
                 });
                 anyhow::Ok((policy.clone(), curve?))
             };
@@ -156,12 +157,12 @@ impl Args {
     }
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     if args.book {
-        write_results(args.json.as_ref(), &args.episodes, book::run(&args.episodes)?)?;
+        write_results(args.json.as_ref(), &args.episodes, book::run(tasks, &args.episodes)?)?;
         return Ok(true);
     }
-    let (measured, pairs) = args.measure()?;
+    let (measured, pairs) = args.measure(tasks)?;
     output::print(args, &measured, &pairs)?;
     if let Some(path) = &args.csv {
         write_text(path, &output::csv(&measured)?)?;

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use baselines::{
-    Policy, ProportionalPolicy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy,
+    OnMujoco, Policy, ProportionalPolicy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy,
     runs::RunModel,
 };
 use clap::ValueEnum;
-use fetch_env::{Env, MujocoEnv};
 use fetch_sim::{ModelSource, Task};
 use serde::{Deserialize, Serialize};
 
@@ -74,8 +73,8 @@ impl PolicyChoice {
     ///
     /// # Errors
     /// The trained policy of the task cannot be read.
-    pub fn policy(self, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
-        let task = env.inner().config().task();
+    pub fn policy(self, env: &impl OnMujoco, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
+        let task = env.config().task();
         Ok(match self {
             Self::Random => Box::new(RandomPolicy::new(env.action_space(), seed)),
             Self::Proportional => Box::new(ProportionalPolicy::new(task)),
@@ -103,7 +102,7 @@ pub fn policies_of(text: &str) -> anyhow::Result<Vec<String>> {
 ///
 /// # Errors
 /// There is no policy of this name, or the file is not one.
-pub fn policy_of(text: &str, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
+pub fn policy_of(text: &str, env: &impl OnMujoco, seed: u64) -> anyhow::Result<Box<dyn Policy>> {
     if let Ok(choice) = PolicyChoice::from_str(text, false) {
         return choice.policy(env, seed);
     }
@@ -111,7 +110,7 @@ pub fn policy_of(text: &str, env: &MujocoEnv, seed: u64) -> anyhow::Result<Box<d
         let finite = gain.parse().ok().filter(|gain: &f64| gain.is_finite());
         let gain =
             finite.ok_or_else(|| usage(format_args!("{gain} is no gain: write a number")))?;
-        let policy = ProportionalPolicy::new(env.inner().config().task());
+        let policy = ProportionalPolicy::new(env.config().task());
         return Ok(Box::new(policy.with_gain(gain)));
     }
     if !text.contains(['.', '/']) {

@@ -5,12 +5,13 @@ use std::{num::NonZeroUsize, thread::available_parallelism};
 use anyhow::ensure;
 use baselines::{Episode, Evaluation, RandomPolicy, evaluate};
 use fetch_env::variation::VariationError;
-use fetch_env::{Env, EnvId, FetchConfig, MakeError, make};
+use fetch_env::{Env, EnvId, FetchConfig, MakeError};
 use indicatif::ProgressBar;
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
 
 use super::choice::{ModelChoice, acting, policy_of};
+use super::tasks::Tasks;
 use crate::output::usage;
 
 /// The most threads of a command, as of a vector of environments.
@@ -59,6 +60,7 @@ impl EpisodeArgs {
     /// Runs the episodes on all threads, each with its own environment and policy.
     pub fn evaluate(
         &self,
+        tasks: &impl Tasks,
         config: &FetchConfig,
         policy: &str,
         threads: &ThreadPool,
@@ -70,7 +72,9 @@ impl EpisodeArgs {
         let size = seeds.len().div_ceil(threads.current_num_threads());
         let parts: Vec<Vec<Episode>> = threads.install(|| {
             let parts = seeds.par_chunks(size);
-            parts.map(|seeds| self.run(config, policy, seeds, bar)).collect::<anyhow::Result<_>>()
+            parts
+                .map(|seeds| self.run(tasks, config, policy, seeds, bar))
+                .collect::<anyhow::Result<_>>()
         })?;
         Ok(Evaluation { episodes: parts.concat() })
     }
@@ -78,12 +82,13 @@ impl EpisodeArgs {
     /// Runs an episode for each of these seeds.
     fn run(
         &self,
+        tasks: &impl Tasks,
         config: &FetchConfig,
         policy_name: &str,
         seeds: &[u64],
         bar: &ProgressBar,
     ) -> anyhow::Result<Vec<Episode>> {
-        let mut env = make(config.clone())?;
+        let mut env = tasks.make(config.clone())?;
         let mut policy = policy_of(policy_name, &env, self.seed)?;
         let mut episodes = Vec::new();
         for &seed in seeds {
@@ -96,8 +101,8 @@ impl EpisodeArgs {
 }
 
 /// Checks that the environment has the factors that its settings vary. If not, the usage is wrong.
-pub fn check_variation(config: &FetchConfig) -> anyhow::Result<()> {
-    let mut env = match make(config.clone()) {
+pub fn check_variation(tasks: &impl Tasks, config: &FetchConfig) -> anyhow::Result<()> {
+    let mut env = match tasks.make(config.clone()) {
         Err(MakeError::Variation(error)) => return Err(usage(error)),
         made => made?,
     };

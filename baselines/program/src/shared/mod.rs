@@ -17,3 +17,5 @@ pub mod ranks;
 pub mod reference;
 #[cfg(feature = "full")]
 pub(crate) mod signals;
+#[cfg(feature = "full")]
+pub mod tasks;

@@ -16,9 +16,7 @@ use anyhow::Context;
 use baselines::{
     Estimate, TrainedPolicy,
     learn::{CurveRow, Preset, Resumed, Target, TrainSettings, Trainer, UpdateSeconds, limits},
-    runs::{
-        Length, MakeEnvs, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan, TensorBoard,
-    },
+    runs::{Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan, TensorBoard},
     workers::{Workers, gather_values},
 };
 use fetch_env::EnvId;
@@ -36,6 +34,7 @@ use crate::shared::{
     progress,
     ranks::{MakeWorkers, RankArgs, share_run},
     signals::{Signals, Stopped},
+    tasks::Tasks,
 };
 
 #[derive(Clone, Debug, clap::Args)]
@@ -130,7 +129,7 @@ pub struct Args {
     ranks: RankArgs,
 }
 
-pub fn run<M: MakeEnvs>(tasks: &M, args: &Args) -> anyhow::Result<bool> {
+pub fn run<M: Tasks>(tasks: &M, args: &Args) -> anyhow::Result<bool> {
     if let Some(file) = &args.grid {
         say_advice()?;
         return grid::run(tasks, args, file);
@@ -138,7 +137,7 @@ pub fn run<M: MakeEnvs>(tasks: &M, args: &Args) -> anyhow::Result<bool> {
     let args = &options::with_noise(args);
     // Reports wrong usage before the ranks meet.
     let settings = options::settings(args)?;
-    options::varied(args)?;
+    options::varied(tasks, args)?;
     let signals = Signals::listen()?;
     share_run(&args.ranks, &options::facts(args), |workers| {
         run_shared(tasks, args, &settings, &signals, workers)
@@ -150,7 +149,7 @@ fn say_advice() -> anyhow::Result<()> {
     advice()?.map_or(Ok(()), |advice| say!("train: {advice}"))
 }
 
-fn run_shared<M: MakeEnvs>(
+fn run_shared<M: Tasks>(
     tasks: &M,
     args: &Args,
     settings: &TrainSettings,
@@ -176,7 +175,7 @@ fn run_shared<M: MakeEnvs>(
     Ok(results.iter().all(|outcome| outcome.reached.is_some() || outcome.target > 1.0))
 }
 
-fn resume<M: MakeEnvs>(
+fn resume<M: Tasks>(
     tasks: &M,
     args: &Args,
     folder: &Path,
@@ -201,7 +200,7 @@ fn resume<M: MakeEnvs>(
 }
 
 /// Begins a run, once everything else is ready.
-fn start<M: MakeEnvs>(
+fn start<M: Tasks>(
     tasks: &M,
     args: &Args,
     settings: &TrainSettings,
@@ -215,12 +214,12 @@ fn start<M: MakeEnvs>(
         None => PathBuf::from("results/train").join(name),
     };
     let is_first = workers.rank() == 0;
-    let (description, settings) = (describe(args, seed)?, settings.clone());
+    let (description, settings) = (describe(tasks, args, seed)?, settings.clone());
     let start = args.start.as_ref().map(TrainedPolicy::load).transpose()?;
     let new = NewRun { description, settings, start, overwrite: args.overwrite };
     new.begin(tasks, path, args.threads.get(), workers, |trainer| {
         let Some(demos) = &args.demos else { return Ok(()) };
-        options::add_demos(trainer, args, demos, seed)?;
+        options::add_demos(tasks, trainer, args, demos, seed)?;
         if is_first {
             say!("train: {} episodes of demonstrations", trainer.counters().demonstrations)?;
         }
@@ -229,7 +228,7 @@ fn start<M: MakeEnvs>(
 }
 
 /// Describes the run that the flags ask for.
-fn describe(args: &Args, seed: u64) -> anyhow::Result<RunDescription> {
+fn describe(tasks: &impl Tasks, args: &Args, seed: u64) -> anyhow::Result<RunDescription> {
     let mut description = RunDescription::new(args.env_id, args.preset, seed);
     let (steps, target) = limits(args.env_id.task);
     description.model = args.model.of_run();
@@ -237,7 +236,7 @@ fn describe(args: &Args, seed: u64) -> anyhow::Result<RunDescription> {
     description.target = args.target.unwrap_or(target);
     description.updates = args.updates;
     description.demos.clone_from(&args.demos);
-    description.config = options::varied(args)?;
+    description.config = options::varied(tasks, args)?;
     description.changes = options::changes(args);
     Ok(description)
 }
@@ -253,7 +252,7 @@ fn tell_of_locks(path: &Path, is_shared: bool) {
 }
 
 /// Runs a trainer to its end, and writes its files. A signal ends it after a last checkpoint.
-fn finish<M: MakeEnvs>(
+fn finish<M: Tasks>(
     tasks: &M,
     args: &Args,
     ready: Ready<M::Env>,

@@ -5,11 +5,11 @@ use std::{fmt::Display, io::Cursor, mem::take, time::Duration};
 use anyhow::Context;
 use baselines::{
     Policy, ScriptedPolicy,
-    learn::{AlgorithmSettings, DdpgSettings, LearnEnv, SacSettings, TrainSettings, Trainer},
+    learn::{AlgorithmSettings, DdpgSettings, SacSettings, TrainSettings, Trainer},
     workers::share,
 };
 use fetch_env::variation::{Draw, Variation};
-use fetch_env::{FetchConfig, FetchObservation, GoalEnv, make};
+use fetch_env::{FetchConfig, FetchObservation, GoalEnv};
 use goal_reward::GoalReward;
 use her_relabel::{GoalColumns, HerBuffer, LoadError, NpzError, files::read};
 use rand::{RngExt, SeedableRng};
@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use super::Args;
 use crate::output::usage;
 use crate::shared::choice::{ModelChoice, flag_name};
-use crate::shared::episodes::check_variation;
+use crate::shared::{episodes::check_variation, tasks::Tasks};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum AlgorithmChoice {
@@ -105,7 +105,7 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
 }
 
 /// Returns the settings of the environment whose factors vary, if `--vary` names any.
-pub fn varied(args: &Args) -> anyhow::Result<Option<FetchConfig>> {
+pub fn varied(tasks: &impl Tasks, args: &Args) -> anyhow::Result<Option<FetchConfig>> {
     if args.vary.is_empty() {
         return Ok(None);
     }
@@ -117,7 +117,7 @@ pub fn varied(args: &Args) -> anyhow::Result<Option<FetchConfig>> {
         variation = variation.with(name, draw).map_err(|error| wrong(&error))?;
     }
     let config = args.env_id.config().with_variation(variation);
-    check_variation(&config.clone().with_model(args.model.source()))?;
+    check_variation(tasks, &config.clone().with_model(args.model.source()))?;
     Ok(Some(config))
 }
 
@@ -203,8 +203,9 @@ fn import(
 
 /// Adds demonstrations to the buffer of a trainer: this rank's share of scripted episodes, or all
 /// episodes of a file.
-pub fn add_demos<E: LearnEnv>(
-    trainer: &mut Trainer<E>,
+pub fn add_demos<M: Tasks>(
+    tasks: &M,
+    trainer: &mut Trainer<M::Env>,
     args: &Args,
     demos: &str,
     seed: u64,
@@ -218,13 +219,13 @@ pub fn add_demos<E: LearnEnv>(
                 format!("--demos {demos}: pass a number, an archive .npz or a saved buffer")
             })?
         };
-        let env = make(args.env_id.config().with_model(args.model.source()))?;
+        let env = tasks.make(args.env_id.config().with_model(args.model.source()))?;
         let reward = env.goal_reward();
         trainer.add_demonstrations(|buffer| anyhow::Ok(import(buffer, &archive, reward)?))?;
         return Ok(());
     };
     let own = share(trainer.workers(), count);
-    let mut env = make(args.env_id.config().with_model(args.model.source()))?;
+    let mut env = tasks.make(args.env_id.config().with_model(args.model.source()))?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(trainer.workers().rank() as u64);
     let mut script = ScriptedPolicy::new(args.env_id.task);

@@ -26,6 +26,7 @@ from .ids import ENV_IDS, register_own, replace_gymnasium_robotics
 from .learn import CurveRow, Training, evaluate, robustness, train
 from .model import download_reference_model, has_reference_model, library_path
 from .policy import Policy
+from .program import main
 from .sampling import Sampling
 from .settings import Settings
 from .task import Task
@@ -50,6 +51,7 @@ __all__ = [
     "evaluate",
     "has_reference_model",
     "library_path",
+    "main",
     "replace_gymnasium_robotics",
     "robustness",
     "train",

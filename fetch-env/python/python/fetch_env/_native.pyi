@@ -11,7 +11,7 @@ from typing_extensions import Self, Unpack
 
 from .acting import Act
 from .kinds import OtherKind
-from .made import Asked
+from .pictures import Asked
 from .rewards import Reward, Terminated
 from .settings import EpisodeOptions, Settings
 from .spaces import Observation
@@ -285,7 +285,7 @@ class NamedPolicy:
     def begin(self, seed: int) -> None: ...
     def act(self, env: Env) -> NDArray[np.float32]: ...
 
-def run_program(arguments: list[str]) -> int: ...
+def run_program(arguments: list[str], task: object = None) -> int: ...
 def evaluate(
     config: Config,
     policy: Policy | Act,

@@ -43,6 +43,9 @@ def write_dataset(  # noqa: PLR0913
     have dictionary observations, actions, both rewards, the seed of each episode, and ``qpos`` and
     ``qvel`` of each state.
 
+    The set of a task of your own, such as ``fetch/stack/mine-v0`` of a class ``Stack``, has its
+    spaces, but no environment to recover: a file cannot hold one.
+
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
         policy: Who acts. ``"random"``: uniformly random actions; ``"scripted"``: a script;
@@ -60,7 +63,8 @@ def write_dataset(  # noqa: PLR0913
         seed: Seed of the first episode; the others have the seeds that follow.
         snapshots: Also write the exact state of each step, only with ``data_format="minari"``:
             ``env.unwrapped.set_state(bytes(episode.infos["snapshot"][t]))`` restores it.
-        **settings: The ``model``, ``"builtin"`` or ``"reference"``; no other setting is allowed.
+        **settings: The ``model``, ``"builtin"`` or ``"reference"``; no other setting is allowed,
+            except with a ``task`` of your own, which takes all.
 
     Returns:
         ``success_rate`` and ``episode_return_mean`` (value and 95 % interval) and more.

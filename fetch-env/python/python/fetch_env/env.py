@@ -11,9 +11,10 @@ from gymnasium.utils import seeding
 
 from . import _native, spaces
 from .attributes import IS_NEVER_CALLED, Hook, attribute, constant, setting
-from .made import RENDER_MODES, MadeFromSettings
+from .made import MadeFromSettings
 from .mujoco_renderer import MujocoRenderer
 from .numbering import StepNumbers
+from .pictures import RENDER_MODES
 from .settings import make_config
 from .simulation import Simulated
 from .spaces import Observation

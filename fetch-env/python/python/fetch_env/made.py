@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from .attributes import IS_OF_THE_SCENE, Attributes, attribute
+from .pictures import RENDER_MODES, Asked, Kind
 
 if TYPE_CHECKING:
     from gymnasium.envs.registration import EnvSpec
@@ -21,24 +22,6 @@ if TYPE_CHECKING:
 
     #: Width, height, and the camera: its name, and what ``"free"`` is.
     Picture: TypeAlias = tuple[int, int, str | None, Mapping[str, Any] | None]
-
-#: What a picture shows of each pixel.
-Kind: TypeAlias = Literal["rgb", "depth", "segmentation"]
-
-
-class Asked(TypedDict):
-    """What a picture shall show: the arguments of :meth:`MadeFromSettings.draw`."""
-
-    width: int | None
-    height: int | None
-    camera: str | Mapping[str, Any] | None
-    kind: Kind
-    marker: bool
-    samples: int
-
-
-#: The modes, and the kinds of their pictures.
-RENDER_MODES: dict[str | None, Kind] = {"rgb_array": "rgb", "depth_array": "depth"}
 
 
 class MadeFromSettings(Attributes):

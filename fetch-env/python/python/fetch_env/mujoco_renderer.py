@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-from .made import RENDER_MODES
+from .pictures import RENDER_MODES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

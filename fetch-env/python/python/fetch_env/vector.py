@@ -12,7 +12,8 @@ from gymnasium.vector.utils import batch_space
 from . import _native, spaces
 from .attributes import Attribute, Attributes, absent, constant
 from .env import FetchEnv, generator, seed_of
-from .made import RENDER_MODES, MadeFromSettings
+from .made import MadeFromSettings
+from .pictures import RENDER_MODES
 from .rewards import TIME_LIMIT
 from .settings import make_config
 from .spaces import Observation

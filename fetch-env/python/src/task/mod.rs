@@ -14,6 +14,7 @@ use fetch_env::{
     wrappers::{TimeLimit, Wrapped},
 };
 use goal_reward::{DistanceReward, GoalError, GoalPairs};
+use pyo3::prelude::*;
 
 use crate::config::Config;
 use crate::error::{Error, Result};
@@ -30,6 +31,8 @@ pub(crate) type Limited = Wrapped<Simulated, TimeLimit>;
 pub(crate) struct Own {
     pub(crate) task: Arc<OwnTask>,
     pub(crate) is_together: bool,
+    /// The reward of the settings, for a task that has none.
+    pub(crate) settings: DistanceReward,
 }
 
 /// Creates an environment.
@@ -52,19 +55,25 @@ pub(crate) fn make(config: FetchConfig, own: Option<&Own>) -> Result<Simulated, 
 
 /// Makes the environments of runs: of the task in Python, if there is one.
 #[derive(Clone, Default)]
-pub(crate) struct AnyTasks(Option<(Own, ModelSource)>);
+pub(crate) struct AnyTasks(Option<(Arc<OwnTask>, Option<ModelSource>)>);
 
 impl AnyTasks {
     /// Makes environments with the settings' task. A task in Python also has their model, with the
     /// bodies of its own, which the description of a run leaves out.
     pub(crate) fn of(config: &Config) -> Self {
-        let own = config.own(false);
-        Self(own.map(|own| (own, config.config.sim().model().clone())))
+        let task = config.task.clone();
+        Self(task.map(|task| (task, Some(config.config.sim().model().clone()))))
+    }
+
+    /// Makes environments with a task in Python, in the model that it extends, or that of the settings.
+    pub(crate) fn of_task(task: &Bound<'_, PyAny>) -> Result<Self> {
+        let extension = OwnTask::extension(task)?.map(ModelSource::Extended);
+        Ok(Self(Some((Arc::new(OwnTask::new(task)?), extension))))
     }
 
     /// Raises the exception of a reward, if there was one since the last call.
     pub(crate) fn check(&self) -> Result<()> {
-        self.0.as_ref().map_or(Ok(()), |(own, _)| own.task.check())
+        self.0.as_ref().map_or(Ok(()), |(task, _)| task.check())
     }
 }
 
@@ -72,13 +81,18 @@ impl MakeEnvs for AnyTasks {
     type Env = Limited;
 
     fn task(&self) -> Option<&str> {
-        self.0.as_ref().map(|(own, _)| own.task.name())
+        self.0.as_ref().map(|(task, _)| task.name())
     }
 
     fn make(&self, config: FetchConfig) -> Result<Limited, MakeError> {
         let env = match &self.0 {
             None => make(config, None),
-            Some((own, model)) => make(config.with_model(model.clone()), Some(own)),
+            Some((task, model)) => {
+                let (task, settings) = (Arc::clone(task), config.distance_reward());
+                let own = Own { task, is_together: false, settings };
+                let model = model.clone().unwrap_or_else(|| config.sim().model().clone());
+                make(config.with_model(model), Some(&own))
+            }
         };
         Ok(env?.time_limited())
     }
@@ -135,7 +149,7 @@ impl GoalReward for AnyReward {
         match (self, GoalPairs::new(achieved_goal, desired_goal, achieved_goal.len())) {
             (Self::Settings(reward), _) => return reward.reward(achieved_goal, desired_goal),
             (Self::Own(own), Ok(pair)) if !own.is_together => {
-                own.task.reward_batch(pair, &mut reward);
+                own.reward_batch(pair, &mut reward);
             }
             _ => {}
         }
@@ -147,7 +161,7 @@ impl GoalReward for AnyReward {
         match (self, GoalPairs::new(achieved_goal, desired_goal, achieved_goal.len())) {
             (Self::Settings(reward), _) => return reward.is_success(achieved_goal, desired_goal),
             (Self::Own(own), Ok(pair)) if !own.is_together => {
-                own.task.is_success_batch(pair, &mut success);
+                own.is_success_batch(pair, &mut success);
             }
             _ => {}
         }
@@ -157,7 +171,7 @@ impl GoalReward for AnyReward {
     fn bounds(&self) -> RangeInclusive<f64> {
         match self {
             Self::Settings(reward) => reward.bounds(),
-            Self::Own(own) => own.task.bounds(),
+            Self::Own(own) => own.bounds(),
         }
     }
 
@@ -166,7 +180,7 @@ impl GoalReward for AnyReward {
             Self::Settings(reward) => reward.reward_batch(pairs, out)?,
             Self::Own(own) => {
                 check_output(pairs, out.len())?;
-                own.task.reward_batch(pairs, out);
+                own.reward_batch(pairs, out);
             }
         }
         Ok(())
@@ -177,7 +191,7 @@ impl GoalReward for AnyReward {
             Self::Settings(reward) => reward.is_success_batch(pairs, out)?,
             Self::Own(own) => {
                 check_output(pairs, out.len())?;
-                own.task.is_success_batch(pairs, out);
+                own.is_success_batch(pairs, out);
             }
         }
         Ok(())

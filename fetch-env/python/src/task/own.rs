@@ -6,10 +6,11 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use fetch_env::rand_core::Rng;
 use fetch_env::{EnvError, Extension, GoalReward, MujocoSimulator, NpRandom};
-use goal_reward::{DistanceReward, GoalPairs};
+use goal_reward::GoalPairs;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::{intern, prelude::*};
 
+use super::Own;
 use super::sim::{Seen, Sim};
 use crate::arrays::Numbers;
 use crate::error::{Error, Result};
@@ -25,7 +26,6 @@ pub(crate) struct OwnTask {
     has_reward: bool,
     has_success: bool,
     range: Option<(f64, f64)>,
-    settings: DistanceReward,
     /// The names of the bodies that it sees.
     names: OnceLock<Arc<[String]>>,
     /// The first exception of a reward, for which the trait has no place.
@@ -39,7 +39,7 @@ impl Display for OwnTask {
 }
 
 impl OwnTask {
-    pub(crate) fn new(task: &Bound<'_, PyAny>, settings: DistanceReward) -> Result<Self> {
+    pub(crate) fn new(task: &Bound<'_, PyAny>) -> Result<Self> {
         let Integer(goal_len): Integer<usize> = task.getattr("goal_len")?.extract()?;
         let Integer(extra_len): Integer<usize> = match task.getattr_opt("extra_len")? {
             Some(len) => len.extract()?,
@@ -56,7 +56,6 @@ impl OwnTask {
                 Some(range) => Some(range.extract()?),
                 None => None,
             },
-            settings,
             names: OnceLock::new(),
             error: Mutex::new(None),
         })
@@ -171,30 +170,42 @@ impl OwnTask {
         finite("observe_extra()", &extra, rows, &[rows.len(), self.extra_len])
     }
 
-    /// Returns the rewards of pairs of goals.
+    fn keep<T>(&self, result: Result<T>) -> Option<T> {
+        let keep = |error: Error| {
+            let mut first = self.error.lock().unwrap_or_else(PoisonError::into_inner);
+            first.get_or_insert(error.into());
+        };
+        result.map_err(keep).ok()
+    }
+}
+
+impl Own {
+    /// Returns the rewards of pairs of goals, those of the `rows` that count finite.
     pub(super) fn rewards(
         &self,
         py: Python<'_>,
         pairs: GoalPairs<'_>,
         rows: &[bool],
     ) -> Result<Vec<f64>> {
-        if !self.has_reward {
-            return Ok(pairs.iter().map(|(a, d)| self.settings.reward(a, d)).collect());
+        let Self { task, settings, .. } = self;
+        if !task.has_reward {
+            return Ok(pairs.iter().map(|(a, d)| settings.reward(a, d)).collect());
         }
         let [achieved, desired] = arrays(py, pairs)?;
         let name = intern!(py, "compute_reward");
-        let rewards = self.object.bind(py).call_method1(name, (achieved, desired, py.None()))?;
+        let rewards = task.object.bind(py).call_method1(name, (achieved, desired, py.None()))?;
         finite("compute_reward()", &rewards, rows, &[rows.len()])
     }
 
     /// Returns whether the achieved goals count as the desired ones.
     pub(super) fn successes(&self, py: Python<'_>, pairs: GoalPairs<'_>) -> Result<Vec<bool>> {
-        if !self.has_success {
-            return Ok(pairs.iter().map(|(a, d)| self.settings.is_success(a, d)).collect());
+        let Self { task, settings, .. } = self;
+        if !task.has_success {
+            return Ok(pairs.iter().map(|(a, d)| settings.is_success(a, d)).collect());
         }
         let [achieved, desired] = arrays(py, pairs)?;
         let name = intern!(py, "is_success");
-        let successes = self.object.bind(py).call_method1(name, (achieved, desired))?;
+        let successes = task.object.bind(py).call_method1(name, (achieved, desired))?;
         let successes = Numbers::of_shape("is_success()", &successes, &[pairs.len()])?;
         Ok(successes.to_double().iter().map(|success| *success != 0.0).collect())
     }
@@ -202,7 +213,7 @@ impl OwnTask {
     /// Writes the rewards of a batch: NaN if there is an exception, which is kept.
     pub(super) fn reward_batch(&self, pairs: GoalPairs<'_>, out: &mut [f64]) {
         let rewards = Python::attach(|py| self.rewards(py, pairs, &vec![true; pairs.len()]));
-        match self.keep(rewards) {
+        match self.task.keep(rewards) {
             Some(rewards) => out.copy_from_slice(&rewards),
             None => out.fill(f64::NAN),
         }
@@ -210,7 +221,7 @@ impl OwnTask {
 
     /// Writes the successes of a batch: none if there is an exception, which is kept.
     pub(super) fn is_success_batch(&self, pairs: GoalPairs<'_>, out: &mut [bool]) {
-        match self.keep(Python::attach(|py| self.successes(py, pairs))) {
+        match self.task.keep(Python::attach(|py| self.successes(py, pairs))) {
             Some(successes) => out.copy_from_slice(&successes),
             None => out.fill(false),
         }
@@ -218,19 +229,11 @@ impl OwnTask {
 
     /// Returns the range of the rewards.
     pub(super) fn bounds(&self) -> RangeInclusive<f64> {
-        match (self.range, self.has_reward) {
+        match (self.task.range, self.task.has_reward) {
             (Some((least, most)), _) => least..=most,
             (None, true) => f64::NEG_INFINITY..=f64::INFINITY,
             (None, false) => self.settings.bounds(),
         }
-    }
-
-    fn keep<T>(&self, result: Result<T>) -> Option<T> {
-        let keep = |error: Error| {
-            let mut first = self.error.lock().unwrap_or_else(PoisonError::into_inner);
-            first.get_or_insert(error.into());
-        };
-        result.map_err(keep).ok()
     }
 }
 

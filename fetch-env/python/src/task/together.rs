@@ -7,11 +7,12 @@ use fetch_env::{
 use pyo3::prelude::*;
 
 use super::sim::{Seen, Sim};
-use super::{Limited, own::OwnTask};
+use super::{Limited, Own};
 use crate::error::{Error, Result};
 
 /// Replaces the results of the last call by those of the task.
-pub(crate) fn complete(py: Python<'_>, envs: &mut VecEnv<Limited>, task: &OwnTask) -> Result<()> {
+pub(crate) fn complete(py: Python<'_>, envs: &mut VecEnv<Limited>, own: &Own) -> Result<()> {
+    let task = &own.task;
     let step = envs.last_step();
     let desired = step.desired_goal().to_vec();
     let goals = desired.chunks_exact(task.goal_len).enumerate();
@@ -37,7 +38,7 @@ pub(crate) fn complete(py: Python<'_>, envs: &mut VecEnv<Limited>, task: &OwnTas
     sim.get().end();
     let (achieved, extra) = observed?;
     let pairs = GoalPairs::new(&achieved, &desired, task.goal_len).map_err(Error::value)?;
-    let (reward, success) = (task.rewards(py, pairs, &rows)?, task.successes(py, pairs)?);
+    let (reward, success) = (own.rewards(py, pairs, &rows)?, own.successes(py, pairs)?);
     envs.complete(&Completion {
         achieved_goal: &achieved,
         extra: &extra,

@@ -6,9 +6,7 @@ mod heat_map;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use baselines::runs::{
-    Grid, GridEvent, GridFolder, GridRun, GridTable, MakeEnvs, WatchGrid, run_grid,
-};
+use baselines::runs::{Grid, GridEvent, GridFolder, GridRun, GridTable, WatchGrid, run_grid};
 use her_relabel::files::read_text;
 use indicatif::ProgressBar;
 
@@ -21,13 +19,14 @@ use crate::{
         json::{Metric, write_results},
         progress,
         signals::{Signals, Stopped},
+        tasks::Tasks,
     },
 };
 
 /// The largest size of a grid's file, in bytes.
 const LIMIT: u64 = 1 << 20;
 
-pub fn run(tasks: &impl MakeEnvs, args: &Args, file: &Path) -> anyhow::Result<bool> {
+pub fn run(tasks: &impl Tasks, args: &Args, file: &Path) -> anyhow::Result<bool> {
     let of_file = || format!("--grid {}", file.display());
     let text = read_text(file, LIMIT).with_context(of_file)?;
     let grid = Grid::parse(&text).with_context(of_file)?;
