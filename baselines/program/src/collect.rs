@@ -11,7 +11,7 @@ use std::{
 use anyhow::Context;
 use baselines::{
     Estimate, Evaluation, OnMujoco, RandomPolicy, buffer_config, collect,
-    datasets::{EpisodeRecord, Metadata},
+    datasets::EpisodeRecord,
     gather_episodes,
     workers::{Workers, share},
 };
@@ -143,13 +143,7 @@ fn collect_dataset(
         flag_name(format),
         if *snapshots { " --snapshots" } else { "" }
     );
-    let metadata = match tasks.task() {
-        None => Metadata::new(&Metadata::name_of(*env_id, stem), &env, name, command),
-        Some(task) => {
-            let set = Metadata::name_of_own(task, stem);
-            Metadata::of_own_task(&set, task, &env, name, command)
-        }
-    }?;
+    let metadata = tasks.metadata(&tasks.set_name(*env_id, stem), &env, name, &command)?;
     let signals = Signals::listen()?;
     let put_off = signals.put_off();
     let mut writer = format.create(out, metadata, *snapshots)?;

@@ -7,7 +7,7 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{ArrowPrimitiveType, Float32Type, Float64Type, UInt8Type};
 use arrow_array::{Array, RecordBatch, StructArray};
 use arrow_ipc::reader::FileReader;
-use baselines::datasets::{EpisodeRecord, MinariWriter, SetKind, SetPolicy};
+use baselines::datasets::{EpisodeRecord, Metadata, MinariWriter, SetKind, SetPolicy};
 use fetch_env::{Env, FetchSnapshot, GoalObservation, SnapshotEnv, make};
 use serde_json::Value;
 
@@ -132,5 +132,27 @@ fn the_metadata_say_what_the_set_is_of() -> Result {
     assert_eq!(spec("eval_env_spec")?["id"], "FetchPush-v4");
     let spaces = metadata["observation_space"].as_str().ok_or("no text")?;
     assert!(spaces.contains("-Infinity") && spaces.contains(r#""shape": [25]"#), "{spaces}");
+    Ok(())
+}
+
+#[test]
+fn a_set_of_a_task_of_ones_own_has_spaces_and_no_environment() -> Result {
+    let folder = tempfile::tempdir()?;
+    let mut env = make("FetchPush-v4")?;
+    let mut policy = SetPolicy::new(SetKind::Random, &env)?;
+    let name = Metadata::name_of_own("blocks.Two_Blocks", "random");
+    assert_eq!(name, "fetch/two-blocks/random-v0");
+    let task = Metadata::of_own_task(&name, "Two_Blocks", &env, policy.describe(), "")?;
+    let mut writer = MinariWriter::create(folder.path(), task)?;
+    let mut record = EpisodeRecord::default();
+    policy.begin(0);
+    record.record(&mut env, &mut policy, 0)?;
+    writer.write(&record)?;
+    writer.finish()?;
+    let path = folder.path().join(name).join("data/metadata.json");
+    let metadata: Value = serde_json::from_slice(&fs::read(path)?)?;
+    assert_eq!(metadata["fetch"]["task"], "Two_Blocks");
+    assert!(metadata["observation_space"].is_string());
+    assert!(metadata["env_spec"].is_null() && metadata["eval_env_spec"].is_null());
     Ok(())
 }

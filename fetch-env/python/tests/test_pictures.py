@@ -57,6 +57,11 @@ def test_what_cannot_be_drawn_is_an_error(push, arguments, message):
     assert push.draw(8, 8).std() > 0
 
 
+def test_an_argument_of_another_type_is_named(push):
+    with pytest.raises(TypeError, match="width: 'str'"):
+        push.draw("wide")
+
+
 def test_the_camera_of_an_environment_is_chosen_as_in_gymnasium(push):
     closer = {"distance": 1.5, "lookat": np.array([1.3, 0.75, 0.5])}
     size = {"width": 60, "height": 50}

@@ -8,8 +8,7 @@ use std::{
 use baselines::{
     Episode, Evaluation,
     datasets::{
-        DatasetError, DatasetWriter, EpisodeRecord, Metadata, SetKind, SetPolicy, write_replay,
-        write_set,
+        DatasetError, DatasetWriter, EpisodeRecord, SetKind, SetPolicy, write_replay, write_set,
     },
     learn::TrainSettings,
 };
@@ -78,9 +77,9 @@ impl Set {
         let Self { env_id, kind, model, episodes: count, first_seed, snapshots } = self;
         let make = || Ok(tasks.make(env_id.config().with_model(model.source()))?);
         let mut env = make()?;
-        let name = Metadata::name_of(env_id, kind.name());
+        let name = tasks.set_name(env_id, kind.name());
         let begin = |env: &M::Env, policy: &str| {
-            let metadata = Metadata::new(&name, env, policy, command)?;
+            let metadata = tasks.metadata(&name, env, policy, command)?;
             let create =
                 |format: &Format| format.create(&format.root(out), metadata.clone(), snapshots);
             let mut writers = formats.iter().map(create).collect::<Result<Vec<_>, _>>()?;
