@@ -274,11 +274,14 @@ fn settings_are_described_by_what_differs_from_the_nearest_preset() -> Result {
         let settings = preset.settings(Task::Reach);
         let of_preset = describe(&settings, RunModel::Builtin, reach().config());
         assert_eq!(of_preset, RunDescription::new(reach(), preset, 3));
-        let changed = settings.with("batch_size=31")?;
+        let changed = settings.with("evaluation_episodes=31")?;
         let config = reach().config().with_distance_threshold(0.02)?;
         let changed = describe(&changed, RunModel::Reference, config.clone());
         assert_eq!(changed.preset, preset);
-        assert_eq!(changed.changes, ["batch_size=31", "reference", "distance_threshold=0.02"]);
+        assert_eq!(
+            changed.changes,
+            ["evaluation_episodes=31", "reference", "distance_threshold=0.02"]
+        );
         assert_eq!(changed.config(), config.with_model(ModelSource::Reference));
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use arbitrary::Arbitrary;
 use baselines::learn::{
-    AlgorithmSettings, DdpgSettings, SacSettings, TrainError, TrainSettings, Trainer,
+    AlgorithmSettings, DdpgSettings, PpoSettings, SacSettings, TrainError, TrainSettings, Trainer,
 };
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{EnvError, FetchEnv, KinematicSimulator, Task, TimeLimit, make_kinematic};
@@ -13,6 +13,7 @@ pub type TestEnv = Wrapped<FetchEnv<KinematicSimulator>, TimeLimit>;
 pub enum Algorithm {
     Ddpg,
     Sac,
+    Ppo,
 }
 
 pub fn make() -> Result<TestEnv, EnvError> {
@@ -23,6 +24,14 @@ pub fn settings(algorithm: Algorithm) -> TrainSettings {
     let hidden = vec![4, 3];
     let mut settings = TrainSettings::fast(Task::Reach);
     settings.algorithm = match algorithm {
+        Algorithm::Ppo => {
+            let ppo = PpoSettings { hidden, epochs: 2, minibatches: 3, ..PpoSettings::default() };
+            let mut settings = TrainSettings::on_policy(AlgorithmSettings::Ppo(ppo));
+            settings.schedule.num_envs = 2;
+            settings.schedule.steps_per_cycle = 60;
+            settings.schedule.evaluation_episodes = 1;
+            return settings;
+        }
         Algorithm::Ddpg => {
             AlgorithmSettings::Ddpg(DdpgSettings { hidden, ..DdpgSettings::default() })
         }

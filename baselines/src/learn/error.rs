@@ -26,6 +26,29 @@ pub enum TrainError {
         /// What it must be.
         expected: &'static str,
     },
+    /// A setting would have no effect, because the algorithm learns only from the steps that its
+    /// actor has just taken.
+    #[error("{algorithm} does not use {name}, which is {value}: leave it at {expected}")]
+    Unused {
+        /// The setting.
+        name: String,
+        /// Its value.
+        value: String,
+        /// The value that it must have.
+        expected: String,
+        /// The algorithm.
+        algorithm: String,
+    },
+    /// An algorithm that learns only from the steps that its actor has just taken cannot learn from
+    /// anything else.
+    #[error(
+        "{algorithm} learns from the steps of its own actor alone: choose another algorithm to learn \
+         from demonstrations"
+    )]
+    OnPolicy {
+        /// The algorithm.
+        algorithm: String,
+    },
     /// A run cannot start from a policy.
     #[error(
         "the run cannot start from the policy, because {reason}: change the run's settings, or start \

@@ -1,9 +1,10 @@
 //! Learning with hindsight: algorithms, their settings, and the loop that trains.
 //!
 //! A [`Trainer`] collects steps of vectorized environments, relabels and draws them, and updates an
-//! actor with an [`Algorithm`]: [`Ddpg`], [`Sac`] or your own. It takes any goal-conditioned
+//! actor with an [`Algorithm`]: [`Ddpg`], [`Sac`], [`Ppo`] or your own. It takes any goal-conditioned
 //! environment whose actions are a box from -1 to 1. The presets [`TrainSettings::fast`],
-//! [`TrainSettings::authors`] and [`TrainSettings::book`] have settings for the Fetch tasks.
+//! [`TrainSettings::authors`] and [`TrainSettings::book`] have settings for the Fetch tasks, and
+//! [`TrainSettings::fast_ppo`] and [`TrainSettings::book_ppo`] for dense rewards.
 //!
 //! The same settings and the same seed give the same curve and the same policy, bit for bit, on any
 //! number of threads, and whether or not the run was stopped and [resumed](Trainer::resume). They
@@ -55,6 +56,8 @@ mod settings;
 pub use algorithm::{
     ddpg::Ddpg,
     interface::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions},
+    ppo::Ppo,
+    rollout::{Rollout, RolloutError},
     sac::Sac,
 };
 pub use checkpoint::{format::checkpoints, resume::Resumed};
@@ -67,7 +70,7 @@ pub use run::{
 #[cfg(feature = "runs")]
 pub(crate) use settings::train::each_setting;
 pub use settings::{
-    algorithm::{AlgorithmSettings, DdpgSettings, SacSettings},
+    algorithm::{AlgorithmSettings, DdpgSettings, PpoSettings, SacSettings},
     by_name::{Preset, SettingError, limits, nearest},
     train::{
         ExplorationSettings, HindsightGoals, InputSettings, ReplaySettings, ScheduleSettings,

@@ -81,6 +81,7 @@ fn an_algorithm_reports_its_last_update() -> Result {
         next_input: &[0.0; 2],
         next_actor_input: &[0.0; 2],
         demonstrated: &[false; 2],
+        ..Transitions::default()
     };
     let settings = SacSettings { hidden: vec![8], ..SacSettings::book() };
     let mut sac = Sac::new(settings, init())?;

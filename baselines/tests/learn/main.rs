@@ -9,6 +9,7 @@ mod noise;
 mod offline;
 #[cfg(feature = "runs")]
 mod plans;
+mod ppo;
 mod presets;
 mod ranks;
 mod resuming;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use baselines::learn::{AlgorithmSettings, SacSettings, TrainSettings};
+use baselines::learn::{AlgorithmSettings, PpoSettings, SacSettings, TrainSettings};
 use fetch_env::Task;
 use serde_json::Value;
 
@@ -12,9 +12,10 @@ use crate::runs::Result;
 const TABLE: &str = include_str!("../../src/learn/settings/presets.md");
 
 /// The parts of the settings, in the order of the table, with the type that documents each.
-const PARTS: [(&str, &str); 6] = [
+const PARTS: [(&str, &str); 7] = [
     ("ddpg", "DdpgSettings"),
     ("sac", "SacSettings"),
+    ("ppo", "PpoSettings"),
     ("replay", "ReplaySettings"),
     ("inputs", "InputSettings"),
     ("exploration", "ExplorationSettings"),
@@ -72,30 +73,42 @@ fn find<'a>(parts: &'a Parts, part: &str, name: &str) -> Option<&'a Value> {
 /// Returns the table that the code makes.
 fn table() -> Result<String> {
     let ddpg = TrainSettings::default();
-    let sac = AlgorithmSettings::Sac(SacSettings::default());
-    let mut defaults = parts(&TrainSettings { algorithm: sac, ..ddpg.clone() })?;
-    defaults.extend(parts(&ddpg)?);
+    let mut defaults = BTreeMap::new();
+    for algorithm in [
+        AlgorithmSettings::Ppo(PpoSettings::default()),
+        AlgorithmSettings::Sac(SacSettings::default()),
+        ddpg.algorithm.clone(),
+    ] {
+        defaults.extend(parts(&TrainSettings { algorithm, ..ddpg.clone() })?);
+    }
     let fast: Vec<_> =
         Task::ALL.iter().map(|task| parts(&TrainSettings::fast(*task))).collect::<Result<_>>()?;
     let books: Vec<_> =
         Task::ALL.iter().map(|task| parts(&TrainSettings::book(*task))).collect::<Result<_>>()?;
-    let authors = parts(&TrainSettings::authors())?;
+    let for_all_tasks =
+        [TrainSettings::authors(), TrainSettings::fast_ppo(), TrainSettings::book_ppo()];
+    let for_all_tasks = for_all_tasks.iter().map(parts).collect::<Result<Vec<_>>>()?;
     let mut table = String::from("| setting | default |");
     for task in Task::ALL {
         write!(table, " {task:?} |")?;
     }
-    writeln!(table, " `book` | `authors` |\n|---|---|{}---|---|", "---|".repeat(Task::ALL.len()))?;
+    writeln!(
+        table,
+        " `book` | `authors` | `fast-ppo` | `book-ppo` |\n|---|---|{}",
+        "---|".repeat(4 + Task::ALL.len())
+    )?;
     for (part, settings) in PARTS {
         writeln!(
             table,
             "| **[`{settings}`](crate::learn::{settings})** |{}",
-            " |".repeat(3 + Task::ALL.len())
+            " |".repeat(5 + Task::ALL.len())
         )?;
         for (name, default) in &defaults[part] {
             let of_tasks: Vec<_> = fast.iter().map(|parts| find(parts, part, name)).collect();
             let of_books: Vec<_> = books.iter().map(|parts| find(parts, part, name)).collect();
-            let of_authors = find(&authors, part, name);
-            let mut chosen = of_tasks.iter().chain(&of_books).chain([&of_authors]).flatten();
+            let of_others = for_all_tasks.iter().map(|parts| find(parts, part, name));
+            let of_others: Vec<_> = of_others.collect();
+            let mut chosen = of_tasks.iter().chain(&of_books).chain(&of_others).flatten();
             if chosen.all(|value| *value == default) {
                 continue;
             }
@@ -121,7 +134,11 @@ fn table() -> Result<String> {
                     }
                 }
             };
-            writeln!(table, " {book} | {} |", cell(of_authors, default))?;
+            write!(table, " {book} |")?;
+            for value in of_others {
+                write!(table, " {} |", cell(value, default))?;
+            }
+            table.push('\n');
         }
     }
     Ok(table)

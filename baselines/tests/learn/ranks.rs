@@ -15,7 +15,7 @@ use baselines::{
 use fetch_env::{Task, VecEnv, vec_env::VecConfig};
 use tempfile::tempdir;
 
-use crate::runs::{Outcome, Result, all_on, ddpg, make, outcome, sac, settings};
+use crate::runs::{Outcome, Result, all_on, ddpg, make, outcome, ppo, sac, settings};
 
 /// A thread that stands for a process.
 #[derive(Debug)]
@@ -133,7 +133,7 @@ fn train(workers: Box<dyn Workers>, settings: TrainSettings, steps: u64) -> Outc
 
 #[test]
 fn ranks_end_with_the_same_bits_as_each_other_and_again() -> Result {
-    for algorithm in [ddpg(), sac()] {
+    for algorithm in [ddpg(), sac(), ppo()] {
         let settings = all_on(algorithm);
         let one = train(Box::new(OneProcess), settings.clone(), 600);
         assert!(on_ranks(1, |workers| train(workers, settings.clone(), 600)) == [one.clone()]);
@@ -314,7 +314,11 @@ fn a_run_ends_where_any_rank_says() {
 
 #[test]
 fn a_resumed_run_of_as_many_ranks_ends_with_the_same_bits() -> Result {
-    let mut settings = all_on(ddpg());
+    resume_on_ranks(all_on(ddpg()))?;
+    resume_on_ranks(all_on(ppo()))
+}
+
+fn resume_on_ranks(mut settings: TrainSettings) -> Result {
     settings.schedule.num_envs = 4;
     // Episodes are under way when the checkpoint is saved.
     settings.schedule.steps_per_cycle = 30;

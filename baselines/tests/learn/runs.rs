@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use baselines::learn::{
-    AlgorithmSettings, CurveRow, DdpgSettings, SacSettings, Target, TrainSettings, Trainer,
+    AlgorithmSettings, CurveRow, DdpgSettings, PpoSettings, SacSettings, Target, TrainSettings,
+    Trainer,
 };
 use fetch_env::wrappers::Wrapped;
 use fetch_env::{EnvError, FetchEnv, Task, TimeLimit, make_kinematic};
@@ -20,18 +21,33 @@ pub(crate) fn make() -> Result<Kinematic, EnvError> {
 /// Small networks and short evaluations.
 pub(crate) fn settings(algorithm: AlgorithmSettings) -> TrainSettings {
     let mut settings = TrainSettings::fast(Task::Reach);
+    settings.replay.batch_size = 64;
+    if matches!(algorithm, AlgorithmSettings::Ppo(_)) {
+        settings = TrainSettings::fast_ppo();
+        settings.schedule.num_envs = 2;
+        settings.schedule.evaluation_interval = Some(200);
+    }
     settings.algorithm = algorithm;
     settings.schedule.evaluation_episodes = 10;
-    settings.replay.batch_size = 64;
     settings
 }
 
 /// The same with everything that is off by default.
 pub(crate) fn all_on(algorithm: AlgorithmSettings) -> TrainSettings {
     let mut settings = settings(algorithm);
-    if let AlgorithmSettings::Ddpg(ddpg) = &mut settings.algorithm {
-        ddpg.halving_start = 20;
-        ddpg.halving_interval = Some(2_000);
+    settings.exploration.far_start_share = 0.5;
+    settings.inputs.left_out = vec![1];
+    match &mut settings.algorithm {
+        AlgorithmSettings::Ddpg(ddpg) => {
+            ddpg.halving_start = 20;
+            ddpg.halving_interval = Some(2_000);
+        }
+        AlgorithmSettings::Ppo(ppo) => {
+            ppo.entropy_weight = 0.01;
+            ppo.target_kl = Some(0.01);
+            return settings;
+        }
+        _ => {}
     }
     settings.replay.mirrored = 0.5;
     settings.replay.goal_noise = 0.04;
@@ -41,9 +57,7 @@ pub(crate) fn all_on(algorithm: AlgorithmSettings) -> TrainSettings {
     settings.replay.n_step_updates = Some(60);
     settings.exploration.max_action_hold = 5;
     settings.exploration.max_random_start_steps = 3;
-    settings.exploration.far_start_share = 0.5;
     settings.exploration.noise_free_share = 0.25;
-    settings.inputs.left_out = vec![1];
     settings.inputs.actor_observation_noise = 0.01;
     settings
 }
@@ -62,6 +76,11 @@ pub(crate) fn ddpg() -> AlgorithmSettings {
 
 pub(crate) fn sac() -> AlgorithmSettings {
     AlgorithmSettings::Sac(SacSettings { hidden: vec![32, 32], ..SacSettings::default() })
+}
+
+pub(crate) fn ppo() -> AlgorithmSettings {
+    let hidden = vec![32, 32];
+    AlgorithmSettings::Ppo(PpoSettings { hidden, minibatches: 4, ..PpoSettings::default() })
 }
 
 /// The rows of a curve without the time that they took, and the policy.
@@ -94,7 +113,7 @@ fn both_algorithms_learn_to_reach() -> Result {
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() -> Result {
-    for algorithm in [ddpg(), sac()] {
+    for algorithm in [ddpg(), sac(), ppo()] {
         let settings = all_on(algorithm);
         let one = run(settings.clone(), 3, 1, 600)?;
         for threads in [2, 4] {

@@ -3,7 +3,7 @@
 use baselines::learn::{TrainError, TrainSettings, Trainer};
 use baselines::{InputPart, TrainedPolicy};
 
-use crate::runs::{Result, ddpg, make, sac, settings};
+use crate::runs::{Result, ddpg, make, ppo, sac, settings};
 
 fn start(settings: TrainSettings, policy: &TrainedPolicy) -> Result<TrainedPolicy, TrainError> {
     let mut trainer = Trainer::new(make, settings, 1, 1)?;
@@ -13,13 +13,16 @@ fn start(settings: TrainSettings, policy: &TrainedPolicy) -> Result<TrainedPolic
 
 #[test]
 fn a_run_starts_with_the_actor_and_the_normalizers_of_a_policy() -> Result {
-    for (taught, learns) in [(ddpg(), ddpg()), (sac(), sac()), (ddpg(), sac()), (sac(), ddpg())] {
-        let mut trainer = Trainer::new(make, settings(taught), 0, 1)?;
+    let [ddpg, sac, ppo] = [ddpg(), sac(), ppo()];
+    for (taught, learns) in
+        [(&ddpg, &ddpg), (&sac, &sac), (&ddpg, &sac), (&sac, &ppo), (&ppo, &ppo), (&ppo, &ddpg)]
+    {
+        let mut trainer = Trainer::new(make, settings(taught.clone()), 0, 1)?;
         while trainer.counters().updates == 0 {
             trainer.cycle()?;
         }
         let policy = trainer.policy("FetchReach-v4")?;
-        let started = start(settings(learns), &policy)?;
+        let started = start(settings(learns.clone()), &policy)?;
         assert_eq!(started.layers(), policy.layers());
         let [own, theirs] = [started.header(), policy.header()];
         assert_eq!(own.observation_normalizer, theirs.observation_normalizer);

@@ -25,6 +25,7 @@ fn temperatures(target_entropy: Option<f32>) -> Result<[f32; 2]> {
         next_input: &[0.0; 2],
         next_actor_input: &[0.0; 2],
         demonstrated: &[false; 2],
+        ..Transitions::default()
     };
     let before = temperature(&mut sac)?;
     for _ in 0..20 {

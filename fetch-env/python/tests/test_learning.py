@@ -223,7 +223,14 @@ def test_reach_is_learned(capsys):
 
 
 @pytest.mark.parametrize(
-    ("preset", "algorithm"), [("fast", "ddpg"), ("book", "sac"), ("authors", "ddpg")]
+    ("preset", "algorithm"),
+    [
+        ("fast", "ddpg"),
+        ("book", "sac"),
+        ("authors", "ddpg"),
+        ("fast-ppo", "ppo"),
+        ("book-ppo", "ppo"),
+    ],
 )
 def test_a_policy_of_each_preset_acts(preset, algorithm):
     training = fetch_env.train("FetchReach-v4", preset, steps=1_000, progress=False)
@@ -237,7 +244,9 @@ def test_what_the_learner_refuses(tmp_path):
         fetch_env.train("FetchReach-v4", *arguments, progress=False, **settings)
 
     policy = fetch_env.Policy.shipped("FetchReach-v4")
-    with pytest.raises(ValueError, match=r"no preset slow; .* All are: authors, book, fast"):
+    with pytest.raises(
+        ValueError, match=r"no preset slow; .* All are: authors, book, book-ppo, fast, fast-ppo"
+    ):
         train("slow")
     with pytest.raises(ValueError, match=r"these are not settings of the learner: .*rate"):
         train({"rate": 1.0})

@@ -44,7 +44,8 @@ pub struct Args {
     env_id: EnvId,
     /// Settings to start from: fast (learn soonest on a few cores), book (fast with SAC, and the
     /// discount and temperature of the chapter's book) or authors (those of openai/baselines, in one
-    /// process)
+    /// process); for dense rewards fast-ppo (PPO, learn soonest) or book-ppo (PPO with the book's
+    /// numbers)
     #[arg(long, default_value_t = Preset::Fast)]
     preset: Preset,
     /// Algorithm, with its default settings if it is not the preset's

@@ -90,6 +90,12 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
         (Some(AlgorithmChoice::Sac), AlgorithmSettings::Ddpg(_)) => {
             settings.algorithm = AlgorithmSettings::Sac(SacSettings::default());
         }
+        (Some(algorithm), AlgorithmSettings::Ppo(_)) => {
+            let (preset, algorithm) = (args.preset, flag_name(algorithm));
+            return Err(usage(format_args!(
+                "--algorithm {algorithm}: --preset {preset} has PPO: leave one out"
+            )));
+        }
         _ => {}
     }
     if let Some(num_envs) = args.envs {

@@ -284,6 +284,7 @@ mod tests {
             next_input: &INPUT[..3 * len],
             next_actor_input: &INPUT[..3 * len],
             demonstrated,
+            ..Transitions::default()
         };
         let actor = &ddpg.networks.actor.network;
         let mut gradient = vec![f32::NAN; actor.parameters.len()];

@@ -11,8 +11,8 @@ use crate::trained::LayerWeights;
 
 /// A learning algorithm: it improves an actor with batches of transitions.
 ///
-/// [`Ddpg`](crate::learn::Ddpg) and [`Sac`](crate::learn::Sac) are the two in this crate.
-/// [`Trainer::with_algorithm`](crate::learn::Trainer::with_algorithm) trains with any other.
+/// [`Ddpg`](crate::learn::Ddpg), [`Sac`](crate::learn::Sac) and [`Ppo`](crate::learn::Ppo) are the
+/// three in this crate. [`Trainer::with_algorithm`](crate::learn::Trainer::with_algorithm) trains with any other.
 ///
 /// An algorithm is deterministic: the same state and the same batch give the same bits, on any
 /// number of threads.
@@ -85,6 +85,7 @@ use crate::trained::LayerWeights;
 ///     next_input: &[0.0; 2],
 ///     next_actor_input: &[0.0; 2],
 ///     demonstrated: &[false; 2],
+///     ..Transitions::default()
 /// };
 /// for _ in 0..200 {
 ///     algorithm.update(batch, &mut |_| ());
@@ -99,6 +100,16 @@ pub trait Algorithm: Debug + Send {
 
     /// Returns the discount of a step, from 0 to 1. The [`Transitions`] of an update include it.
     fn gamma(&self) -> f64;
+
+    /// Whether it learns only from the steps of its own actions since the last update, as
+    /// [`Ppo`](crate::learn::Ppo) does. A trainer then passes all of them, in their order, to one
+    /// update in each cycle, and needs the settings of [`TrainSettings::on_policy`]. The default is
+    /// false.
+    ///
+    /// [`TrainSettings::on_policy`]: crate::learn::TrainSettings::on_policy
+    fn is_on_policy(&self) -> bool {
+        false
+    }
 
     /// Improves the actor by one batch, and returns the losses.
     ///
@@ -209,7 +220,7 @@ impl Losses {
 }
 
 /// A batch of transitions as an algorithm sees it: columns with a row for each transition.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Transitions<'a> {
     /// The number of transitions, at least 1.
     pub len: usize,
@@ -230,8 +241,15 @@ pub struct Transitions<'a> {
     /// The same inputs as the actor sees them.
     pub next_actor_input: &'a [f32],
     /// Whether each transition comes from a [demonstration](crate::learn::Trainer::add_demonstrations),
-    /// `(len)`. Hindsight may have changed its goal; its action is the demonstrated one.
+    /// `(len)`; empty for an [on-policy](Algorithm::is_on_policy) algorithm. Hindsight may have changed its goal; its action is the demonstrated one.
     pub demonstrated: &'a [bool],
+    /// The noise that [`explore`](Algorithm::explore) made the actions from, `(len, num_actions)`,
+    /// for an on-policy algorithm; otherwise empty.
+    pub noise: &'a [f32],
+    /// Whether each step is the last of its episode, or the last before the update, `(len)`, for an
+    /// on-policy algorithm; otherwise empty. The next row is the next step of the same episode where
+    /// it is not.
+    pub is_last: &'a [bool],
 }
 
 impl Transitions<'_> {

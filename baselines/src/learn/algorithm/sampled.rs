@@ -6,7 +6,7 @@ use crate::normal::standard_normal;
 use crate::tanh::tanh;
 
 /// Half the logarithm of tau, a term of the normal distribution's density.
-const HALF_LOG_TAU: f32 = 0.918_938_5;
+pub(super) const HALF_LOG_TAU: f32 = 0.918_938_5;
 
 /// Actions drawn from the distribution that an actor describes.
 #[derive(Default)]

@@ -8,6 +8,7 @@ use super::env::LearnEnv;
 use super::explorer::{Explorer, Exploring, LastBatch};
 use super::far_starts::FarStarts;
 use super::inputs::Inputs;
+use super::last_cycle::LastCycle;
 use super::seeds::{SeedUse, seed_for};
 use crate::collector::{Collected, Collector, CollectorError};
 use crate::evaluate::Episode;
@@ -87,26 +88,35 @@ impl<E: LearnEnv> Collecting<E> {
     }
 
     /// Takes steps in each environment with the actor's actions, or with random ones if there is no
-    /// actor.
+    /// actor. Keeps them in `last_cycle` if there is one.
     pub(super) fn collect(
         &mut self,
         num_steps: usize,
         actor: Option<&mut (dyn Algorithm + 'static)>,
         inputs: &Inputs,
         buffer: &mut HerBuffer<f32>,
+        mut last_cycle: Option<&mut LastCycle>,
     ) -> Result<Steps, CollectorError> {
         let (mut ended, mut successes) = (0, 0);
         let count = |_: usize, episode: &Episode| {
             ended += 1;
             successes += u64::from(episode.success);
         };
-        let mut policy = Exploring { explorer: &mut self.explorer, actor, inputs };
+        if let Some(last_cycle) = &mut last_cycle {
+            last_cycle.clear();
+        }
+        let explorer = &mut self.explorer;
+        let mut policy =
+            Exploring { explorer, actor, inputs, last_cycle: last_cycle.as_deref_mut() };
         let collected = self.collector.collect(num_steps, &mut policy, buffer, count)?;
+        if let Some(last_cycle) = last_cycle {
+            last_cycle.step(self.collector.envs().last_step(), inputs);
+        }
         Ok(Steps { collected, ended, successes })
     }
 }
 
 /// Returns a row of a matrix; nothing where it has none.
-fn row(all: &[f64], len: usize, at: usize) -> &[f64] {
+pub(super) fn row<T>(all: &[T], len: usize, at: usize) -> &[T] {
     all.chunks_exact(len).nth(at).unwrap_or_default()
 }

@@ -65,7 +65,8 @@ pub struct CurveRow {
     /// - `update/NAME`: what the algorithm [reports](crate::learn::Algorithm::diagnostics) of the last
     ///   update, such as the norms of gradients. [`Ddpg`](crate::learn::Ddpg) and
     ///   [`Sac`](crate::learn::Sac) report the mean target, and SAC its temperature, the entropy of
-    ///   the actor and the mean value of each critic.
+    ///   the actor and the mean value of each critic. [`Ppo`](crate::learn::Ppo) reports the `kl`
+    ///   divergence from the actor before, the `clip_fraction`, and the `entropy`.
     /// - `buffer/distance` and `buffer/success`: the mean distance from the goal after a step of the
     ///   buffer, and the share of the steps that reach it.
     /// - `buffer/relabeled_success`: the share of the relabeled rows that reach their goal, as training

@@ -8,6 +8,7 @@ use super::collecting::Steps;
 use super::diagnostics::finite;
 use super::env::LearnEnv;
 use super::inputs::Inputs;
+use super::replay::Replay;
 use super::seeds::SeedUse;
 use super::trainer::Trainer;
 use crate::learn::algorithm::interface::Losses;
@@ -57,12 +58,12 @@ impl<E: LearnEnv> Trainer<E> {
             self.begin_episodes()?;
         }
         let num_steps = self.settings.schedule.steps_per_cycle;
-        let has_learned = self.counters.updates > 0;
-        let actor = has_learned.then_some(&mut *self.updates.algorithm);
-        let (inputs, buffer) = (&self.replay.inputs, &mut self.replay.buffer);
+        let Replay { inputs, buffer, last_cycle, .. } = &mut self.replay;
+        let is_random = self.counters.updates == 0 && last_cycle.is_none();
+        let actor = (!is_random).then_some(&mut *self.updates.algorithm);
         let steps = self
             .collecting
-            .collect(num_steps, actor, inputs, buffer)
+            .collect(num_steps, actor, inputs, buffer, last_cycle.as_mut())
             .map_err(|error| self.failed(error.into()))?;
         self.counters.seconds += start.elapsed().as_secs_f64();
         Ok(steps)
@@ -86,7 +87,7 @@ impl<E: LearnEnv> Trainer<E> {
             ended,
             successes,
             seen: seen.map_err(|error| self.failed(error))?,
-            can_draw: !self.replay.buffer.is_empty(),
+            can_draw: self.replay.can_draw(),
         };
         let mut can_draw = true;
         for share in gather_values(&mut *self.workers, &own)? {

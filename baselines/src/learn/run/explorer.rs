@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::inputs::Inputs;
+use super::last_cycle::LastCycle;
 use crate::learn::algorithm::interface::Algorithm;
 use crate::learn::settings::train::ExplorationSettings;
 use crate::normal::standard_normal;
@@ -173,11 +174,13 @@ pub(crate) struct Exploring<'a> {
     /// `None` before the first update: all actions are random.
     pub(crate) actor: Option<&'a mut (dyn Algorithm + 'static)>,
     pub(crate) inputs: &'a Inputs,
+    /// What keeps the steps of an on-policy algorithm.
+    pub(crate) last_cycle: Option<&'a mut LastCycle>,
 }
 
 impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
     fn act_all(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
-        let Self { explorer, actor, inputs } = self;
+        let Self { explorer, actor, inputs, last_cycle } = self;
         let last = explorer.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
         explorer.begin_episodes(&last.started);
         let Explorer { settings, seed, rows, state, .. } = &mut **explorer;
@@ -199,6 +202,10 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
                 inputs.add_noise(rows, &mut rng);
             }
             actor.explore(rows, &noise, actions);
+            if let Some(last_cycle) = last_cycle {
+                last_cycle.step(batch, inputs);
+                last_cycle.decide(rows, &noise);
+            }
         }
         for (env, row) in actions.chunks_exact_mut(len).enumerate() {
             let chance: f64 = rng.random();
@@ -237,7 +244,8 @@ mod tests {
         exploration.max_action_hold = 4;
         let inputs = Inputs::new(&inputs, dims).unwrap();
         let mut explorer = Explorer::new(exploration, 7, 3, dims.action);
-        let mut exploring = Exploring { explorer: &mut explorer, actor: None, inputs: &inputs };
+        let mut exploring =
+            Exploring { explorer: &mut explorer, actor: None, inputs: &inputs, last_cycle: None };
         envs.reset(Some(0)).unwrap();
         let mut rows: [Vec<Vec<f32>>; 3] = Default::default();
         for _ in 0..500 {

@@ -98,7 +98,7 @@ impl Inputs {
     /// goal, normalized.
     pub(crate) fn write<T: Scalar>(
         &self,
-        states: &StateRows<'_, T>,
+        states: &StateRows<'_, T, f64>,
         inputs: &mut Vec<f32>,
     ) -> Result<(), InputError> {
         let dims = Dims { observation: self.observation.dim(), goal: self.goal.dim(), action: 0 };

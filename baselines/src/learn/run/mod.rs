@@ -10,6 +10,7 @@ mod evaluation;
 pub(crate) mod explorer;
 mod far_starts;
 pub(crate) mod inputs;
+mod last_cycle;
 mod offline;
 mod replay;
 mod seeds;

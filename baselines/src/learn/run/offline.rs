@@ -18,12 +18,13 @@ impl<E: LearnEnv> Trainer<E> {
     /// which transitions are [demonstrated](crate::learn::Transitions::demonstrated).
     ///
     /// # Errors
-    /// Those of `add`, [`TrainError::Demonstrations`] and [`TrainError::Unreadable`]. If `add`
-    /// fails, no episode is added.
+    /// Those of `add`, [`TrainError::OnPolicy`], [`TrainError::Demonstrations`] and
+    /// [`TrainError::Unreadable`]. If `add` fails, no episode is added.
     pub fn add_demonstrations<T, X: From<TrainError>>(
         &mut self,
         add: impl FnOnce(&mut HerBuffer<f32>) -> Result<T, X>,
     ) -> Result<T, X> {
+        self.check_off_policy()?;
         let Replay { buffer, demonstrated, .. } = &mut self.replay;
         // The run's own buffer has episodes under way, which `add` could end.
         let mut added = HerBuffer::new(buffer.config().clone()).map_err(TrainError::from)?;
@@ -47,7 +48,7 @@ impl<E: LearnEnv> Trainer<E> {
     ///
     /// # Errors
     /// [`TrainError`]: [`NothingToDraw`](TrainError::NothingToDraw) if the buffer of any process
-    /// has no finished episode.
+    /// has no finished episode, [`OnPolicy`](TrainError::OnPolicy) if the algorithm is on-policy.
     ///
     /// ```
     /// use baselines::learn::{AlgorithmSettings, DdpgSettings, TrainSettings, Trainer};
@@ -74,6 +75,7 @@ impl<E: LearnEnv> Trainer<E> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn update(&mut self, num_updates: u64) -> Result<(), TrainError> {
+        self.check_off_policy()?;
         self.updates.check_process()?;
         let start = Instant::now();
         if sum(&mut *self.workers, u64::from(self.replay.buffer.is_empty()))? > 0 {
@@ -83,6 +85,15 @@ impl<E: LearnEnv> Trainer<E> {
         self.counters.seconds += start.elapsed().as_secs_f64();
         self.update_while(num_updates, &mut || true)?;
         Ok(())
+    }
+
+    /// Checks that the algorithm can learn from steps that are not its own.
+    fn check_off_policy(&self) -> Result<(), TrainError> {
+        let algorithm = &self.updates.algorithm;
+        match algorithm.is_on_policy() {
+            true => Err(TrainError::OnPolicy { algorithm: algorithm.name().to_owned() }),
+            false => Ok(()),
+        }
     }
 
     /// Updates the normalizers with demonstrations that they have not taken in.

@@ -18,10 +18,11 @@ use rand_chacha::ChaCha8Rng;
 use super::demonstrated::Demonstrated;
 use super::env::LearnEnv;
 use super::inputs::Inputs;
+use super::last_cycle::LastCycle;
 use super::seeds::{SeedUse, seed_for};
 use super::stricter::Stricter;
 use crate::collect::buffer_config;
-use crate::learn::algorithm::interface::Transitions;
+use crate::learn::algorithm::interface::{Algorithm, Transitions};
 use crate::learn::error::{RunError, TrainError};
 use crate::learn::settings::train::{InputSettings, ReplaySettings};
 
@@ -32,6 +33,8 @@ pub(crate) struct Replay<E: LearnEnv> {
     pub(crate) buffer: HerBuffer<f32>,
     pub(crate) inputs: Inputs,
     pub(crate) demonstrated: Demonstrated,
+    /// What an on-policy algorithm learns from, instead of draws from the buffer.
+    pub(super) last_cycle: Option<LastCycle>,
     /// The symmetries by which some rows are mirrored; batches take them in turn.
     symmetries: Vec<Symmetry>,
     sampler: Sampler,
@@ -50,8 +53,8 @@ pub(crate) struct Replay<E: LearnEnv> {
 }
 
 impl<E: LearnEnv> Replay<E> {
-    /// Prepares for transitions of environments like `template`, without a discount until
-    /// [`set_discount`](Self::set_discount).
+    /// Prepares for transitions of environments like `template`, for no algorithm until
+    /// [`set_algorithm`](Self::set_algorithm).
     pub(super) fn new(
         template: E,
         num_envs: usize,
@@ -79,6 +82,7 @@ impl<E: LearnEnv> Replay<E> {
         let sampler = sampler(replay)?;
         Ok(Self {
             demonstrated: Demonstrated::default(),
+            last_cycle: None,
             inputs: Inputs::new(inputs, dims)?,
             symmetries: symmetries(&template, replay)?,
             template,
@@ -101,10 +105,19 @@ impl<E: LearnEnv> Replay<E> {
         self.symmetries.len()
     }
 
-    /// Sets the discount of a step, which the algorithm determines.
-    pub(super) fn set_discount(&mut self, gamma: f64) -> Result<(), TrainError> {
-        self.sampler = self.sampler.with_discount(share("gamma", gamma)?);
+    /// Sets what the algorithm determines: the discount of a step, and what it learns from.
+    pub(super) fn set_algorithm(&mut self, algorithm: &dyn Algorithm) -> Result<(), TrainError> {
+        self.sampler = self.sampler.with_discount(share("gamma", algorithm.gamma())?);
+        let config = self.buffer.config();
+        let last_cycle =
+            || LastCycle::new(config.num_envs(), config.dims(), algorithm.gamma() as f32);
+        self.last_cycle = algorithm.is_on_policy().then(last_cycle);
         Ok(())
+    }
+
+    /// Whether there is something to learn from.
+    pub(super) fn can_draw(&self) -> bool {
+        self.last_cycle.as_ref().map_or(!self.buffer.is_empty(), |steps| !steps.is_empty())
     }
 
     /// Returns the statistics of `num_rows` drawn transitions, as many as were added since the last
@@ -150,11 +163,17 @@ impl<E: LearnEnv> Replay<E> {
         self.sampler.with_n_step(discount.map(|gamma| NStep::new(NonZeroUsize::MIN, gamma)))
     }
 
-    /// Draws the batch of update `number`, counted from 0.
+    /// Draws the batch of update `number`, counted from 0; for an on-policy algorithm it is the last
+    /// cycle.
     pub(super) fn draw(&mut self, number: u64) -> Result<Transitions<'_>, RunError> {
         let sampler = self.sampler(number);
         let Self { template, buffer, inputs, symmetries, distance_factor, .. } = self;
-        let Self { batch, input, next_input, noisy, .. } = self;
+        let Self { last_cycle, batch, input, next_input, noisy, .. } = self;
+        if let Some(last_cycle) = last_cycle {
+            let batch = last_cycle.transitions();
+            check_rewards(batch.reward, template.goal_reward().bounds())?;
+            return Ok(batch);
+        }
         let sampler = sampler.with_joined_goal(inputs.joined_goal());
         let seed = seed_for(self.seed, SeedUse::Batches, number);
         let len = sampler.batch_size() * inputs.dim();
@@ -177,11 +196,7 @@ impl<E: LearnEnv> Replay<E> {
                 inputs.add_noise(noisy, &mut rng);
             }
         }
-        let (low, high) = sum_bounds(reward.bounds(), sampler.n_step());
-        let is_outside = |reward: &&f32| !(low as f32..=high as f32).contains(*reward);
-        if let Some(value) = batch.reward().iter().find(is_outside) {
-            return Err(RunError::RewardOutside { value: f64::from(*value), low, high });
-        }
+        check_rewards(batch.reward(), sum_bounds(reward.bounds(), sampler.n_step()))?;
         self.is_demonstrated.clear();
         let demonstrated = batch.transition().iter().map(|id| self.demonstrated.contains(*id));
         self.is_demonstrated.extend(demonstrated);
@@ -195,12 +210,23 @@ impl<E: LearnEnv> Replay<E> {
             next_input,
             next_actor_input: if inputs.have_noise() { &noisy[1] } else { next_input },
             demonstrated: &self.is_demonstrated,
+            ..Transitions::default()
         })
     }
 }
 
-/// Returns the lowest and the highest sum of the rewards of a window, for rewards within `bounds`.
-fn sum_bounds(bounds: RangeInclusive<f64>, n_step: Option<NStep>) -> (f64, f64) {
+/// Checks that rewards are within their bounds.
+fn check_rewards(rewards: &[f32], bounds: RangeInclusive<f64>) -> Result<(), RunError> {
+    let (low, high) = bounds.into_inner();
+    let is_outside = |reward: &&f32| !(low as f32..=high as f32).contains(*reward);
+    match rewards.iter().find(is_outside) {
+        Some(value) => Err(RunError::RewardOutside { value: f64::from(*value), low, high }),
+        None => Ok(()),
+    }
+}
+
+/// Returns the range of the sums of the rewards of a window, for rewards within `bounds`.
+fn sum_bounds(bounds: RangeInclusive<f64>, n_step: Option<NStep>) -> RangeInclusive<f64> {
     let (low, high) = bounds.into_inner();
     let sums = |reward: f64| {
         let of = |reward: f64| {
@@ -210,7 +236,7 @@ fn sum_bounds(bounds: RangeInclusive<f64>, n_step: Option<NStep>) -> (f64, f64) 
         [reward, of(reward), of(f64::from(reward as f32))]
     };
     let (lowest, highest) = (sums(low), sums(high));
-    (lowest.into_iter().fold(low, f64::min), highest.into_iter().fold(high, f64::max))
+    lowest.into_iter().fold(low, f64::min)..=highest.into_iter().fold(high, f64::max)
 }
 
 /// Returns the sampler of the settings, whose windows have no discount yet.

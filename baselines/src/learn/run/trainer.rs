@@ -163,7 +163,10 @@ impl<E: LearnEnv> Trainer<E> {
             rank: workers.rank(),
         };
         let algorithm = build(&settings.algorithm, init)?;
-        replay.set_discount(algorithm.gamma())?;
+        if algorithm.is_on_policy() {
+            settings.check_on_policy(algorithm.name())?;
+        }
+        replay.set_algorithm(&*algorithm)?;
 
         let vec_config = VecConfig::default().with_num_threads(num_threads);
         let evaluated =

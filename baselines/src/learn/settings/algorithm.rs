@@ -14,18 +14,21 @@ pub enum AlgorithmSettings {
     Ddpg(DdpgSettings),
     /// [`Sac`](crate::learn::Sac).
     Sac(SacSettings),
+    /// [`Ppo`](crate::learn::Ppo).
+    Ppo(PpoSettings),
     /// Your own algorithm, which [`Trainer::with_algorithm`](crate::learn::Trainer::with_algorithm)
     /// builds: its settings, which checkpoints and policies record, nested at most 100 deep.
     Other(Value),
 }
 
 impl AlgorithmSettings {
-    /// Returns the name of the variant: `ddpg`, `sac` or `other`.
+    /// Returns the name of the variant: `ddpg`, `sac`, `ppo` or `other`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Ddpg(_) => "ddpg",
             Self::Sac(_) => "sac",
+            Self::Ppo(_) => "ppo",
             Self::Other(_) => "other",
         }
     }
@@ -135,6 +138,48 @@ ranged_settings! {
         /// The entropy that the temperature aims at, for each element of an action. `None` for a
         /// temperature that stays at its initial value.
         pub target_entropy: Option<f32> = Some(-1.0) => -100.0..=0.69,
+    }
+}
+
+ranged_settings! {
+    /// Settings of [`Ppo`](crate::learn::Ppo). An update learns from the
+    /// [`steps_per_cycle`](crate::learn::ScheduleSettings::steps_per_cycle) steps of each environment.
+    ///
+    /// The defaults are those of Stable-Baselines3 for 8 environments of 1,024 steps, where batches
+    /// have 256 steps.
+    pub struct PpoSettings {
+        /// The lengths of the hidden layers of actor and critic.
+        pub hidden: Vec<usize> = vec![64, 64] => 1..=1_024 in at most 4 layers,
+        /// The factor of the actor's last weights at the start. With a small one, all actions are
+        /// close to 0 at first, but for their noise.
+        pub last_layer_scale: f32 = 0.01 => 0.0..=10.0,
+        /// The standard deviation of the actions at the start, before the hyperbolic tangent. It is
+        /// learned, one number for each element of an action.
+        pub initial_std: f32 = 1.0 => 1e-3..=10.0,
+        /// The learning rate of actor and critic.
+        pub learning_rate: f32 = 0.0003 => 1e-9..=1.0,
+        /// The discount of a step.
+        pub gamma: f64 = 0.99 => 0.0..=1.0,
+        /// The weight of later errors in the [advantages](crate::learn::Rollout::advantages) of
+        /// earlier steps.
+        pub gae_lambda: f32 = 0.95 => 0.0..=1.0,
+        /// How often an update goes through its steps.
+        pub epochs: usize = 10 => 1..=1_000,
+        /// The number of batches into which each time divides the steps. Each is a step of the
+        /// optimizer.
+        pub minibatches: usize = 32 => 1..=1_000,
+        /// How much more or less probable than before an action can become before its gradient
+        /// stops.
+        pub clip_range: f32 = 0.2 => 1e-3..=10.0,
+        /// The weight of the entropy of the actions in the loss.
+        pub entropy_weight: f32 = 0.0 => 0.0..=1_000.0,
+        /// The weight of the critic's loss, which matters for the norm of the gradient alone.
+        pub value_weight: f32 = 0.5 => 0.0..=1_000.0,
+        /// The norm to which the gradient of all parameters together is shortened.
+        pub max_gradient_norm: f32 = 0.5 => 1e-6..=1e6,
+        /// The divergence from the actor before the update, times 1.5, above which a batch ends the
+        /// update; `None` for no end before the last epoch.
+        pub target_kl: Option<f32> = None => 1e-6..=100.0,
     }
 }
 

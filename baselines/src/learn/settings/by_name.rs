@@ -24,28 +24,35 @@ use crate::learn::error::TrainError;
 /// # Ok::<(), baselines::learn::SettingError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Preset {
     /// [`TrainSettings::authors`].
     Authors,
     /// [`TrainSettings::book`].
     Book,
+    /// [`TrainSettings::book_ppo`].
+    BookPpo,
     /// [`TrainSettings::fast`].
     Fast,
+    /// [`TrainSettings::fast_ppo`].
+    FastPpo,
 }
 
 impl Preset {
     /// All presets.
-    pub const ALL: [Self; 3] = [Self::Authors, Self::Book, Self::Fast];
+    pub const ALL: [Self; 5] =
+        [Self::Authors, Self::Book, Self::BookPpo, Self::Fast, Self::FastPpo];
 
-    /// Returns the name: `authors`, `book` or `fast`.
+    /// Returns the name: `authors`, `book`, `book-ppo`, `fast` or `fast-ppo`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Authors => "authors",
             Self::Book => "book",
+            Self::BookPpo => "book-ppo",
             Self::Fast => "fast",
+            Self::FastPpo => "fast-ppo",
         }
     }
 
@@ -55,7 +62,9 @@ impl Preset {
         match self {
             Self::Authors => TrainSettings::authors(),
             Self::Book => TrainSettings::book(task),
+            Self::BookPpo => TrainSettings::book_ppo(),
             Self::Fast => TrainSettings::fast(task),
+            Self::FastPpo => TrainSettings::fast_ppo(),
         }
     }
 }

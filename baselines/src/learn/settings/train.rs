@@ -11,8 +11,9 @@ use crate::learn::error::TrainError;
 /// The settings of a training run.
 ///
 /// # What the presets choose
-/// The columns `fast` and `book` are for a task. An empty cell has the default; `-` is a setting of
-/// another algorithm. Settings that have their default in every preset are left out.
+/// The columns of the tasks are those of `fast`, and `book` is for a task, too. An empty cell has the
+/// default; `-` is a setting of another algorithm. Settings that have their default in every preset
+/// are left out.
 ///
 #[doc = include_str!("presets.md")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +47,48 @@ impl Default for TrainSettings {
 }
 
 impl TrainSettings {
+    /// Returns settings for an [on-policy](crate::learn::Algorithm::is_on_policy) algorithm, such as
+    /// [`Ppo`](crate::learn::Ppo): one update in each cycle, from steps of the actor alone. Like the
+    /// [default](Self::default), they assume nothing about the task.
+    ///
+    /// A run draws nothing from its buffer but the statistics that normalize inputs, so it refuses
+    /// other values of settings that would have no effect.
+    #[must_use]
+    pub fn on_policy(algorithm: AlgorithmSettings) -> Self {
+        let Self { replay, inputs, exploration, schedule, .. } = Self::default();
+        Self {
+            algorithm,
+            replay: ReplaySettings { capacity: 10_000, future_k: 0.0, ..replay },
+            inputs,
+            exploration: ExplorationSettings {
+                random_episodes: 0,
+                random_episode_share: 0.0,
+                random_action: 0.0,
+                ..exploration
+            },
+            schedule: ScheduleSettings { updates_per_cycle: 1, ..schedule },
+        }
+    }
+
+    /// Checks that the settings which have no effect on an on-policy algorithm are as in
+    /// [`on_policy`](Self::on_policy).
+    pub(crate) fn check_on_policy(&self, algorithm: &str) -> Result<(), TrainError> {
+        let Self { replay, inputs, exploration, schedule, .. } = self.clone();
+        let mut expected = Self::on_policy(self.algorithm.clone());
+        expected.replay.capacity = replay.capacity;
+        expected.inputs = InputSettings { actor_observation_noise: 0.0, ..inputs };
+        expected.exploration.far_start_share = exploration.far_start_share;
+        expected.schedule = ScheduleSettings { updates_per_cycle: 1, ..schedule };
+        let pairs = each_setting(self).into_iter().zip(each_setting(&expected));
+        match pairs.into_iter().find(|(own, expected)| own != expected) {
+            None => Ok(()),
+            Some(((name, value), (_, expected))) => {
+                let algorithm = algorithm.to_owned();
+                Err(TrainError::Unused { name, value, expected, algorithm })
+            }
+        }
+    }
+
     /// Returns the settings of one of `size` processes.
     pub(crate) fn of_one(&self, size: usize) -> Result<Self, TrainError> {
         let mut own = self.clone();
@@ -58,7 +101,9 @@ impl TrainSettings {
             if total.is_multiple_of(size) { Ok(total / size) } else { Err(uneven) }
         };
         own.schedule.num_envs = divide("num_envs", self.schedule.num_envs)?;
-        own.replay.batch_size = divide("batch_size", self.replay.batch_size)?;
+        if !matches!(self.algorithm, AlgorithmSettings::Ppo(_)) {
+            own.replay.batch_size = divide("batch_size", self.replay.batch_size)?;
+        }
         own.replay.capacity = self.replay.capacity / size;
         own.exploration.random_episodes = self.exploration.random_episodes.div_ceil(size as u64);
         Ok(own)
@@ -76,15 +121,17 @@ impl TrainSettings {
         json_of(self)
     }
 
-    /// Checks that each setting is in the range that its documentation says.
+    /// Checks that each setting is in the range that its documentation says, and has an effect.
     ///
     /// # Errors
-    /// [`TrainError::Setting`] with the first that is not.
+    /// [`TrainError::Setting`] with the first that is not, and [`TrainError::Unused`] with one of
+    /// the settings that [`on_policy`](Self::on_policy) fixes for PPO.
     pub fn check(&self) -> Result<(), TrainError> {
         let Self { algorithm, replay, inputs, exploration, schedule } = self;
         match algorithm {
             AlgorithmSettings::Ddpg(settings) => settings.check(),
             AlgorithmSettings::Sac(settings) => settings.check(),
+            AlgorithmSettings::Ppo(settings) => settings.check(),
             AlgorithmSettings::Other(settings) if is_deeper(settings, MOST_NESTED) => {
                 Err(TrainError::Setting {
                     name: "algorithm",
@@ -97,7 +144,11 @@ impl TrainSettings {
         replay.check()?;
         inputs.check()?;
         exploration.check()?;
-        schedule.check()
+        schedule.check()?;
+        match algorithm {
+            AlgorithmSettings::Ppo(_) => self.check_on_policy(algorithm.name()),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -266,7 +317,7 @@ ranged_settings! {
         /// The number of environments that are stepped together.
         pub num_envs: usize = 8 => 1..=1_024,
         /// The number of steps of each environment between updates. A Fetch episode has 50.
-        pub steps_per_cycle: usize = 50 => 1..=1_000,
+        pub steps_per_cycle: usize = 50 => 1..=10_000,
         /// The number of updates that follow.
         pub updates_per_cycle: usize = 160 => 1..=10_000,
         /// The number of steps of all environments between two evaluations; `None`: a twentieth of

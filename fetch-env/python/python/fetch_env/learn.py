@@ -128,8 +128,9 @@ def train(  # noqa: PLR0913
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
-        preset: ``"fast"`` (DDPG), ``"book"`` (SAC) or ``"authors"`` (the DDPG of HER's authors), or
-            settings of the learner as in :class:`Training`.
+        preset: ``"fast"`` (DDPG), ``"book"`` (SAC) or ``"authors"`` (the DDPG of HER's authors);
+            ``"fast-ppo"`` or ``"book-ppo"`` (PPO, for dense rewards); or settings of the learner as
+            in :class:`Training`.
         seed: Determines all random numbers.
         steps: Environment steps after which it ends.
         target: Success rate at which it ends, reached in two evaluations in a row; ``None`` to use

@@ -182,6 +182,7 @@ impl Replay {
             next_input,
             next_actor_input: next_input,
             demonstrated: &[false; BATCH],
+            ..Transitions::default()
         })
     }
 }
