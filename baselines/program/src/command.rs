@@ -1,5 +1,8 @@
 //! The commands: the only list of them.
 
+#[cfg(feature = "full")]
+use clap::CommandFactory;
+
 use crate::{
     chapter::{all, bridge, describe, doctor, exercise, random_episodes, reward_check, verify},
     install,
@@ -9,6 +12,18 @@ use crate::{
     collect, completions, datasets, evaluate, figures, learning_curves, plan, play, report,
     robustness, shared::tasks::Tasks, train,
 };
+
+/// The Fetch environments: step them, check them, learn their tasks, and look at what was learned.
+#[derive(clap::Parser)]
+#[command(name = "fetch-env", bin_name = "fetch-env", version, no_binary_name = true)]
+#[command(after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 if everything passed, 1 if a check failed or could not run, \
+    2 for wrong usage, 130 and 143 if Ctrl-C or SIGTERM stopped it in good order.";
 
 #[derive(clap::Subcommand)]
 pub enum Command {
@@ -134,7 +149,7 @@ impl Command {
             Self::Mujoco(args) => install::other_mujoco(args),
             Self::Assets(args) => install::assets(args),
             #[cfg(feature = "full")]
-            Self::Completions(args) => completions::run(args),
+            Self::Completions(args) => completions::run(args, &mut Cli::command()),
         }
     }
 }

@@ -10,9 +10,9 @@ pub struct Args {
     shell: Shell,
 }
 
-pub fn run(args: &Args) -> anyhow::Result<bool> {
+pub fn run(args: &Args, command: &mut clap::Command) -> anyhow::Result<bool> {
     let mut script = Vec::new();
-    generate(args.shell, &mut crate::command(), "fetch-env", &mut script);
+    generate(args.shell, command, "fetch-env", &mut script);
     say!("{}", str::from_utf8(&script)?.trim_end())?;
     Ok(true)
 }

@@ -39,21 +39,9 @@ use std::ffi::OsString;
 
 use clap::{CommandFactory, Parser};
 
-use self::command::Command;
+use self::command::{Cli, Command};
 #[cfg(feature = "full")]
 use self::shared::tasks::Tasks;
-
-/// The Fetch environments: step them, check them, learn their tasks, and look at what was learned.
-#[derive(Parser)]
-#[command(name = "fetch-env", bin_name = "fetch-env", version, no_binary_name = true)]
-#[command(after_help = EXIT_CODES)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-const EXIT_CODES: &str = "Exit codes: 0 if everything passed, 1 if a check failed or could not run, \
-    2 for wrong usage, 130 and 143 if Ctrl-C or SIGTERM stopped it in good order.";
 
 /// Runs the program with arguments, which do not begin with the program's name, and returns its
 /// exit code: 0 if everything passed, 1 if a check failed or could not run, 2 for wrong usage, 130

@@ -10,7 +10,6 @@ use numpy::{
 use pyo3::{intern, prelude::*, sync::PyOnceLock, types::PyDict};
 
 use crate::error::{Error, Result};
-use crate::task::Simulated;
 
 /// The most dimensions that the crate numpy takes; numpy 2 itself takes 64.
 const MAX_DIMENSIONS: usize = 32;
@@ -173,9 +172,9 @@ pub(crate) fn info<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyD
 /// Where the gripper starts, and the height of the object, if there is one.
 pub(crate) type Settled<'py> = (Bound<'py, PyArray1<f64>>, Option<f64>);
 
-/// Returns what the settled scene of an environment shows.
-pub(crate) fn settled<'py>(py: Python<'py>, env: &Simulated) -> Settled<'py> {
-    let settled = env.simulator().settled();
+/// Returns what a settled scene shows.
+pub(crate) fn settled<'py>(py: Python<'py>, simulator: &impl Simulator) -> Settled<'py> {
+    let settled = simulator.settled();
     (PyArray1::from_slice(py, settled.gripper_position.as_slice()), settled.object_height)
 }
 

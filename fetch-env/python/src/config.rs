@@ -14,7 +14,7 @@ use pyo3::{
 use crate::arrays::{Numbers, Shape};
 use crate::error::{Error, Result};
 use crate::integer::Integer;
-use crate::task::{AnyReward, Own, OwnTask, check_factors};
+use crate::task::{AnyReward, AnyTasks, Own, OwnTask, check_factors};
 use crate::variation;
 
 /// The number of elements of a goal of the built-in tasks: x, y and z.
@@ -326,6 +326,13 @@ impl Config {
     pub(crate) fn own(&self, is_together: bool) -> Option<Own> {
         let settings = self.config.distance_reward();
         self.task.clone().map(|task| Own { task, is_together, settings })
+    }
+
+    /// Returns what makes environments with the settings' task. A task in Python also has their model,
+    /// with the bodies of its own, which the description of a run leaves out.
+    pub(crate) fn tasks(&self) -> AnyTasks {
+        let task = self.task.clone();
+        AnyTasks::new(task.map(|task| (task, Some(self.config.sim().model().clone()))))
     }
 
     /// Returns the reward of the settings, or of the task in Python.

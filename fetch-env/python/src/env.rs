@@ -136,7 +136,7 @@ impl Env {
 
     /// Where the gripper starts, and the height of the object, in meters.
     fn settled<'py>(&self, py: Python<'py>) -> Result<Settled<'py>> {
-        Ok(arrays::settled(py, self.parts.lock(py)?.env()?))
+        Ok(arrays::settled(py, self.parts.lock(py)?.env()?.simulator()))
     }
 
     /// The current observation.

@@ -116,7 +116,7 @@ impl Trainer {
         (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
         let start = start.map(|policy| policy.copy(py)).transpose()?;
         let new = NewRun { description, settings, start, overwrite: false };
-        let tasks = AnyTasks::of(config);
+        let tasks = config.tasks();
         let mut run = simulate(py, || Run::new(tasks, new, num_threads, out, resume))?;
         if let Some(folder) = tensorboard {
             let board = TensorBoard::create(&folder);

@@ -233,7 +233,7 @@ impl VecEnv {
     /// Where the gripper starts in all environments, and the height of the object, in meters.
     fn settled<'py>(&self, py: Python<'py>) -> Result<Settled<'py>> {
         let mut parts = self.lock(py)?;
-        Ok(arrays::settled(py, parts.env(0)?.inner()))
+        Ok(arrays::settled(py, parts.env(0)?.inner().simulator()))
     }
 
     /// The seed of an environment's random numbers, and how many 64-bit numbers were drawn.

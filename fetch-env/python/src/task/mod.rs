@@ -16,7 +16,6 @@ use fetch_env::{
 use goal_reward::{DistanceReward, GoalError, GoalPairs};
 use pyo3::prelude::*;
 
-use crate::config::Config;
 use crate::error::{Error, Result};
 
 pub(crate) use self::{own::OwnTask, sim::Sim, together::complete};
@@ -58,11 +57,9 @@ pub(crate) fn make(config: FetchConfig, own: Option<&Own>) -> Result<Simulated, 
 pub(crate) struct AnyTasks(Option<(Arc<OwnTask>, Option<ModelSource>)>);
 
 impl AnyTasks {
-    /// Makes environments with the settings' task. A task in Python also has their model, with the
-    /// bodies of its own, which the description of a run leaves out.
-    pub(crate) fn of(config: &Config) -> Self {
-        let task = config.task.clone();
-        Self(task.map(|task| (task, Some(config.config.sim().model().clone()))))
+    /// Makes environments with a task in Python and its model, or with the built-in tasks.
+    pub(crate) const fn new(task: Option<(Arc<OwnTask>, Option<ModelSource>)>) -> Self {
+        Self(task)
     }
 
     /// Makes environments with a task in Python, in the model that it extends, or that of the settings.
