@@ -91,8 +91,8 @@ impl<T> ActionNoise<T> {
 /// Goals and rewards stay exact. The generator begins anew with each seed that is passed to a reset,
 /// so that the same seed gives the same noise. The elements with noise have no bounds in the
 /// observation space. Observations reuse memory; a step allocates nothing unless many observations
-/// are kept. The Fetch environments also have [factors](crate::InterfaceFactor) that draw the noise's
-/// size for each episode.
+/// are kept. The Fetch environments also have [factors](crate::variation::InterfaceFactor) that draw
+/// the noise's size for each episode.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, GoalObservation, ObservationField, Task, make_kinematic};
