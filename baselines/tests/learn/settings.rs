@@ -206,6 +206,24 @@ fn named(value: &Value) -> Vec<(&String, &Value)> {
     all.flatten().collect()
 }
 
+/// So that a checkpoint stays readable when a later version has one setting more.
+#[test]
+fn a_setting_that_a_file_lacks_has_its_default() -> Result {
+    let chosen = TrainSettings::fast(Task::Push);
+    for part in ["replay", "inputs", "exploration", "schedule"] {
+        let (mut value, mut expected) =
+            (serde_json::to_value(&chosen)?, serde_json::to_value(&chosen)?);
+        value[part] = serde_json::json!({});
+        expected[part] = serde_json::to_value(TrainSettings::default())?[part].clone();
+        let read = TrainSettings::from_json(&value.to_string())?;
+        assert_eq!(serde_json::to_value(read)?, expected, "{part}");
+        assert_ne!(serde_json::to_value(&chosen)?, expected, "{part}");
+        value[part] = serde_json::json!({ "of_a_later_version": 1 });
+        assert!(TrainSettings::from_json(&value.to_string()).is_err(), "{part}");
+    }
+    Ok(())
+}
+
 #[test]
 fn every_setting_is_changed_by_its_name() -> Result {
     for settings in small() {

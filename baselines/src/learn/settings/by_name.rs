@@ -126,7 +126,8 @@ impl TrainSettings {
         Ok(changed)
     }
 
-    /// Reads settings from JSON that has all of them.
+    /// Reads settings from JSON. A setting that it lacks, as one of an earlier version may, has its
+    /// default.
     ///
     /// # Errors
     /// [`SettingError::Json`], and [`SettingError::Range`] if one is out of its range.

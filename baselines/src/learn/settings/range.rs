@@ -37,7 +37,8 @@ macro_rules! ranged_settings {
     ) => {
         $(#[$of_all])*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-        #[serde(deny_unknown_fields)]
+        // A file of a version without a setting has its default, which changes nothing.
+        #[serde(default, deny_unknown_fields)]
         pub struct $settings {$(
             $(#[$of_field])*
             ///
