@@ -32,8 +32,8 @@ const VERSION: &str = "0.5.0";
 /// | `infos["qpos"]`, `["qvel"]` | `(T + 1, dim)` | `f8` |
 /// | `infos["snapshot"]`, [if it is asked for](Self::with_snapshots) | `(T + 1, length)` | `u1` |
 ///
-/// The metadata of an episode contain its seed. In a built-in task, `recover_environment()` makes the environment of
-/// the Python package `fetch-env`, and `recover_environment(eval_env=True)` that of
+/// The metadata of an episode contain its seed. In a built-in task, `recover_environment()` makes the
+/// environment of the Python package `fetch-env`, and `recover_environment(eval_env=True)` that of
 /// gymnasium-robotics, which must be installed.
 #[derive(Debug)]
 pub struct MinariWriter {

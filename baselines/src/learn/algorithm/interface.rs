@@ -12,7 +12,8 @@ use crate::trained::LayerWeights;
 /// A learning algorithm: it improves an actor with batches of transitions.
 ///
 /// [`Ddpg`](crate::learn::Ddpg), [`Sac`](crate::learn::Sac) and [`Ppo`](crate::learn::Ppo) are the
-/// three in this crate. [`Trainer::with_algorithm`](crate::learn::Trainer::with_algorithm) trains with any other.
+/// three in this crate. [`Trainer::with_algorithm`](crate::learn::Trainer::with_algorithm) trains with
+/// any other.
 ///
 /// An algorithm is deterministic: the same state and the same batch give the same bits, on any
 /// number of threads.
@@ -241,7 +242,8 @@ pub struct Transitions<'a> {
     /// The same inputs as the actor sees them.
     pub next_actor_input: &'a [f32],
     /// Whether each transition comes from a [demonstration](crate::learn::Trainer::add_demonstrations),
-    /// `(len)`; empty for an [on-policy](Algorithm::is_on_policy) algorithm. Hindsight may have changed its goal; its action is the demonstrated one.
+    /// `(len)`; empty for an [on-policy](Algorithm::is_on_policy) algorithm. Hindsight may have changed
+    /// its goal; its action is the demonstrated one.
     pub demonstrated: &'a [bool],
     /// The noise that [`explore`](Algorithm::explore) made the actions from, `(len, num_actions)`,
     /// for an on-policy algorithm; otherwise empty.
