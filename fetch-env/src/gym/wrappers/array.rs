@@ -62,11 +62,6 @@ impl<T> ArrayPool<T> {
     pub(crate) fn new(len: usize) -> Self {
         Self { len, recent: Vec::with_capacity(Self::REMEMBERED) }
     }
-
-    /// Returns the number of elements of an array.
-    pub(crate) const fn len(&self) -> usize {
-        self.len
-    }
 }
 
 impl<T: ArrayElement> ArrayPool<T> {

@@ -1,8 +1,6 @@
 //! Selected elements of observed vectors.
 
-use super::macros::vector_wrapper;
-use super::vector::VectorObservation;
-use super::vectors::Vectors;
+use super::changed_vector::{ChangedVector, VectorChange};
 use super::wrapper::Stateless;
 use crate::gym::spaces::box_space::{BoxSpace, Element};
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
@@ -11,9 +9,7 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 ///
 /// Gymnasium's wrapper of this name selects keys of a dictionary. Here
 /// [`FlattenObservation::with_keys`](super::FlattenObservation::with_keys) does that, because a
-/// dictionary is a type with goals, and without them it is a vector. The goals stay, and so does
-/// the law of goals. Observations reuse memory; a step allocates nothing unless many observations
-/// are kept.
+/// dictionary is a type with goals, and without them it is a vector.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, GoalObservation, ObservationField, Task, make_kinematic};
@@ -27,49 +23,43 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// assert_eq!(observation.observation()[3..], *observation.achieved_goal());
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-#[derive(Clone, Debug)]
-pub struct FilterObservation<T = f64> {
-    kept: Vec<usize>,
-    vectors: Vectors<T>,
-}
+pub type FilterObservation<T = f64> = ChangedVector<Kept, T>;
 
-impl<T: Element> FilterObservation<T> {
+/// The indices of the elements that are kept.
+#[derive(Clone, Debug)]
+pub struct Kept(Vec<usize>);
+
+impl<T> FilterObservation<T> {
     /// Keeps the elements at these indices, in this order.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] if an index is beyond the vector, if
-    /// there are no indices, or if the observation space has no vector of the observations' type.
+    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] if an index is beyond the vector or if
+    /// there are no indices.
     #[must_use]
     pub fn new(kept: impl IntoIterator<Item = usize>) -> Self {
-        Self { kept: kept.into_iter().collect(), vectors: Vectors::new() }
-    }
-
-    fn make_space(kept: &[usize], vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError> {
-        let len = vector.len();
-        if let Some(&index) = kept.iter().find(|&&index| index >= len) {
-            return Err(SpaceError::Element { index, len });
-        }
-        if kept.is_empty() {
-            return Err(SpaceError::Nothing);
-        }
-        let bounds = |bounds: &[_]| kept.iter().map(|&index| bounds[index]).collect();
-        BoxSpace::new(vec![kept.len()], bounds(vector.low()), bounds(vector.high()))
-    }
-
-    fn observe<O: VectorObservation<Element = T>>(
-        &mut self,
-        observation: O,
-        _is_first: bool,
-    ) -> Result<O::Replaced<T>, EnvError> {
-        self.vectors.check(observation.vector())?;
-        let kept = &self.kept;
-        Ok(self.vectors.replace(observation, |vector, array| {
-            for (element, &index) in array.iter_mut().zip(kept) {
-                *element = vector[index];
-            }
-        }))
+        Self::from_change(Kept(kept.into_iter().collect()))
     }
 }
 
-vector_wrapper!(FilterObservation, |wrapper, vector| Self::make_space(&wrapper.kept, vector));
+impl<T: Element> VectorChange<T> for Kept {
+    type Changed = T;
 
-impl<T> Stateless for FilterObservation<T> {}
+    fn attach(&mut self, observed: &BoxSpace<T>) -> Result<BoxSpace<T>, EnvError> {
+        let (Self(kept), len) = (self, observed.len());
+        if let Some(&index) = kept.iter().find(|&&index| index >= len) {
+            return Err(SpaceError::Element { index, len }.into());
+        }
+        if kept.is_empty() {
+            return Err(SpaceError::Nothing.into());
+        }
+        let bounds = |bounds: &[_]| kept.iter().map(|&index| bounds[index]).collect();
+        Ok(BoxSpace::new(vec![kept.len()], bounds(observed.low()), bounds(observed.high()))?)
+    }
+
+    fn change(&mut self, observed: &[T], _is_first: bool, changed: &mut [T]) {
+        for (element, &index) in changed.iter_mut().zip(&self.0) {
+            *element = observed[index];
+        }
+    }
+}
+
+impl Stateless for Kept {}

@@ -1,9 +1,9 @@
 //! Goal-conditioned observations as one vector.
 
 use super::array::{ArrayPool, SharedArray};
-use super::macros::{keep, observe};
-use super::wrapper::{Stateless, Wrapper};
-use crate::gym::env::{Env, observation::GoalObservation};
+use super::macros::keep;
+use super::wrapper::{Resetting, Stateless, Wrapper};
+use crate::gym::env::{ActionElement, Env, Reset, Step, observation::GoalObservation};
 use crate::gym::spaces::{
     Space,
     box_space::{BoxSpace, Element},
@@ -100,8 +100,7 @@ fn extend<T: Element>(low: &mut Vec<f32>, high: &mut Vec<f32>, space: &BoxSpace<
 impl FlattenObservation {
     fn observe<O: GoalObservation>(
         &mut self,
-        observation: O,
-        _is_first: bool,
+        observation: &O,
     ) -> Result<SharedArray<f32>, EnvError> {
         for &(part, expected) in &self.parts {
             let actual = match part {
@@ -137,7 +136,23 @@ fn round<T: Element>(out: &mut [f32], part: &[T]) {
 impl<E: Env<Observation: GoalObservation>> Wrapper<E> for FlattenObservation {
     type Observation = SharedArray<f32>;
     keep!(Info, ActionSpace);
-    observe!();
+
+    fn reset(
+        &mut self,
+        env: &mut Resetting<'_, E>,
+        seed: Option<u64>,
+        options: &E::ResetOptions,
+    ) -> Result<Reset<SharedArray<f32>, E::Info>, EnvError> {
+        env.reset_with(seed, options)?.try_map_observation(|observation| self.observe(&observation))
+    }
+
+    fn step(
+        &mut self,
+        env: &mut E,
+        action: &[ActionElement<E>],
+    ) -> Result<Step<SharedArray<f32>, E::Info>, EnvError> {
+        env.step(action)?.try_map_observation(|observation| self.observe(&observation))
+    }
 
     fn attach(&mut self, env: &E) -> Result<(), EnvError> {
         let mut parts = Vec::new();

@@ -1,12 +1,11 @@
 //! The last few observations: stacked into one, or the oldest of them.
 
+use std::fmt::Debug;
 use std::num::NonZeroUsize;
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use super::macros::vector_wrapper;
-use super::vector::VectorObservation;
-use super::vectors::Vectors;
+use super::changed_vector::{ChangedVector, VectorChange};
 use super::wrapper::SnapshotWrapper;
 use crate::gym::spaces::{
     box_space::{BoxSpace, Element},
@@ -17,10 +16,8 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// Observes the last few vectors at once, the oldest first.
 ///
 /// After a reset all of them are the first vector, as Gymnasium's `FrameStackObservation` pads by
-/// default. In goal-conditioned observations it stacks the part `observation`; the goals are the
-/// current ones. (`AddRenderObservation` stacks pictures.) The space of the vectors gets a new
-/// first axis. Observations reuse memory; a step allocates nothing unless many observations are
-/// kept.
+/// default; the goals are the current ones. (`AddRenderObservation` stacks pictures.) The space of
+/// the vectors gets a new first axis.
 ///
 /// ```
 /// use std::num::NonZeroUsize;
@@ -34,70 +31,39 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// assert_eq!(first.observation()[10..], second.observation()[..10]);
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-#[derive(Clone, Debug)]
-pub struct FrameStack<T = f64> {
-    num_frames: NonZeroUsize,
-    frames: Frames<T>,
-    vectors: Vectors<T>,
-}
+pub type FrameStack<T = f64> = ChangedVector<LastVectors<T, Stacked>, T>;
+
+/// The number of vectors that are observed at once.
+#[derive(Clone, Copy, Debug)]
+pub struct Stacked(NonZeroUsize);
 
 impl<T: Element> FrameStack<T> {
     /// Stacks the last `num_frames` observations, the current one included.
     ///
     /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::TooLarge`] if the stacked vectors have
-    /// more than 2^28 elements, and [`SpaceError::MissingPart`] if the observation space has no
-    /// vector of the observations' type.
+    /// more than 2^28 elements.
     #[must_use]
     pub fn new(num_frames: NonZeroUsize) -> Self {
-        Self { num_frames, frames: Frames(Vec::new()), vectors: Vectors::new() }
-    }
-
-    /// Makes room for the stacked vectors, and their space.
-    fn make_space(&mut self, vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError> {
-        let num_frames = self.num_frames.get();
-        let shape = [&[num_frames], vector.shape()].concat();
-        num_elements(&shape)?;
-        let (low, high) = (vector.low().repeat(num_frames), vector.high().repeat(num_frames));
-        self.frames = Frames(vec![T::default(); low.len()]);
-        BoxSpace::new(shape, low, high)
-    }
-
-    fn observe<O: VectorObservation<Element = T>>(
-        &mut self,
-        observation: O,
-        is_first: bool,
-    ) -> Result<O::Replaced<T>, EnvError> {
-        let vector = observation.vector();
-        self.vectors.check(vector)?;
-        self.frames.push(vector, is_first);
-        let frames = &self.frames.0;
-        Ok(self.vectors.replace(observation, |_, array| array.copy_from_slice(frames)))
+        LastVectors::observed_as(Stacked(num_frames))
     }
 }
 
-vector_wrapper!(FrameStack, |wrapper, vector| wrapper.make_space(vector));
-
-impl<T: Element + Serialize + DeserializeOwned> SnapshotWrapper for FrameStack<T> {
-    type State = Vec<T>;
-
-    fn state(&self) -> Vec<T> {
-        self.frames.0.clone()
+impl Observed for Stacked {
+    fn num_vectors(&self) -> usize {
+        self.0.get()
     }
 
-    fn check_state(&self, state: &Vec<T>) -> Result<(), EnvError> {
-        self.frames.check_state(state)
-    }
-
-    fn set_state(&mut self, state: &Vec<T>) {
-        self.frames.0.clone_from(state);
+    fn space<T: Element>(&self, vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError> {
+        let num_vectors = self.num_vectors();
+        let shape = [&[num_vectors], vector.shape()].concat();
+        num_elements(&shape)?;
+        BoxSpace::new(shape, vector.low().repeat(num_vectors), vector.high().repeat(num_vectors))
     }
 }
 
 /// Observes the vector of some steps ago. Until there is one, it observes the first of the episode.
 ///
-/// In goal-conditioned observations it delays the part `observation`; the goals, and so the rewards,
-/// are the current ones. Observations reuse memory; a step allocates nothing unless many
-/// observations are kept.
+/// The goals, and so the rewards, are the current ones.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, GoalObservation, make_kinematic, wrappers::DelayObservation};
@@ -109,78 +75,88 @@ impl<T: Element + Serialize + DeserializeOwned> SnapshotWrapper for FrameStack<T
 /// assert_ne!(second.achieved_goal(), first.achieved_goal());
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
-#[derive(Clone, Debug)]
-pub struct DelayObservation<T = f64> {
-    steps: u8,
-    frames: Frames<T>,
-    vectors: Vectors<T>,
-}
+pub type DelayObservation<T = f64> = ChangedVector<LastVectors<T, Oldest>, T>;
+
+/// The number of steps by which observations are late.
+#[derive(Clone, Copy, Debug)]
+pub struct Oldest(u8);
 
 impl<T: Element> DelayObservation<T> {
     /// Delays observations by `steps`, where 0 changes nothing.
-    ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space
-    /// has no vector of the observations' type.
     #[must_use]
     pub fn new(steps: u8) -> Self {
-        Self { steps, frames: Frames(Vec::new()), vectors: Vectors::new() }
-    }
-
-    fn observe<O: VectorObservation<Element = T>>(
-        &mut self,
-        observation: O,
-        is_first: bool,
-    ) -> Result<O::Replaced<T>, EnvError> {
-        self.vectors.check(observation.vector())?;
-        self.frames.push(observation.vector(), is_first);
-        let frames = &self.frames.0;
-        Ok(self.vectors.replace(observation, |_, array| {
-            array.copy_from_slice(&frames[..array.len()]);
-        }))
+        LastVectors::observed_as(Oldest(steps))
     }
 }
 
-vector_wrapper!(DelayObservation, |wrapper, vector| {
-    wrapper.frames = Frames(vec![T::default(); (usize::from(wrapper.steps) + 1) * vector.len()]);
-    Ok(vector.clone())
-});
-
-impl<T: Element + Serialize + DeserializeOwned> SnapshotWrapper for DelayObservation<T> {
-    type State = Vec<T>;
-
-    fn state(&self) -> Vec<T> {
-        self.frames.0.clone()
+impl Observed for Oldest {
+    fn num_vectors(&self) -> usize {
+        usize::from(self.0) + 1
     }
 
-    fn check_state(&self, state: &Vec<T>) -> Result<(), EnvError> {
-        self.frames.check_state(state)
+    fn space<T: Element>(&self, vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError> {
+        Ok(vector.clone())
     }
+}
 
-    fn set_state(&mut self, state: &Vec<T>) {
-        self.frames.0.clone_from(state);
-    }
+/// What is observed of the last vectors: as many elements as its space has, the oldest first.
+pub trait Observed: Debug {
+    /// Returns the number of vectors that are kept.
+    fn num_vectors(&self) -> usize;
+
+    /// Returns the space of what is observed, given that of a vector.
+    fn space<T: Element>(&self, vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError>;
 }
 
 /// The last vectors, the oldest first.
 #[derive(Clone, Debug)]
-struct Frames<T>(Vec<T>);
+pub struct LastVectors<T, O> {
+    observed: O,
+    elements: Vec<T>,
+}
 
-impl<T: Element> Frames<T> {
-    /// Adds a vector in place of the oldest one; the first vector of an episode in place of all.
-    fn push(&mut self, vector: &[T], is_first: bool) {
-        let Self(frames) = self;
-        if !is_first {
-            frames.copy_within(vector.len().., 0);
-        }
-        let replaced = if is_first { 0 } else { frames.len() - vector.len() };
-        for frame in frames[replaced..].chunks_exact_mut(vector.len().max(1)) {
-            frame.copy_from_slice(vector);
-        }
+impl<T, O> LastVectors<T, O> {
+    fn observed_as(observed: O) -> ChangedVector<Self, T> {
+        ChangedVector::from_change(Self { observed, elements: Vec::new() })
+    }
+}
+
+impl<T: Element, O: Observed> VectorChange<T> for LastVectors<T, O> {
+    type Changed = T;
+
+    fn attach(&mut self, vector: &BoxSpace<T>) -> Result<BoxSpace<T>, EnvError> {
+        let space = self.observed.space(vector)?;
+        self.elements = vec![T::default(); self.observed.num_vectors() * vector.len()];
+        Ok(space)
     }
 
-    fn check_state(&self, state: &[T]) -> Result<(), EnvError> {
+    /// Adds a vector in place of the oldest one; the first vector of an episode in place of all.
+    fn change(&mut self, vector: &[T], is_first: bool, observed: &mut [T]) {
+        let Self { elements, .. } = self;
+        if !is_first {
+            elements.copy_within(vector.len().., 0);
+        }
+        let replaced = if is_first { 0 } else { elements.len() - vector.len() };
+        for kept in elements[replaced..].chunks_exact_mut(vector.len().max(1)) {
+            kept.copy_from_slice(vector);
+        }
+        observed.copy_from_slice(&elements[..observed.len()]);
+    }
+}
+
+impl<T, O> SnapshotWrapper for LastVectors<T, O>
+where
+    T: Element + Serialize + DeserializeOwned,
+{
+    type State = Vec<T>;
+
+    fn state(&self) -> Vec<T> {
+        self.elements.clone()
+    }
+
+    fn check_state(&self, state: &Vec<T>) -> Result<(), EnvError> {
         let foreign = |reason| Err(EnvError::ForeignSnapshot { reason });
-        let (theirs, ours) = (state.len(), self.0.len());
+        let (theirs, ours) = (state.len(), self.elements.len());
         if theirs != ours {
             return foreign(format!("its last observations have {theirs} elements, these {ours}"));
         }
@@ -189,5 +165,9 @@ impl<T: Element> Frames<T> {
             return foreign("its last observations contain NaN".into());
         }
         Ok(())
+    }
+
+    fn set_state(&mut self, state: &Vec<T>) {
+        self.elements.clone_from(state);
     }
 }

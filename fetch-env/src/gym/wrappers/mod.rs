@@ -56,6 +56,7 @@
 mod action;
 pub(crate) mod array;
 mod changed_action;
+mod changed_vector;
 mod filter;
 mod flatten;
 mod frame_stack;
@@ -67,7 +68,6 @@ mod time_aware;
 mod time_limit;
 mod transform;
 mod vector;
-mod vectors;
 pub(crate) mod wrapped;
 pub(crate) mod wrapper;
 
@@ -75,6 +75,7 @@ pub use self::{
     action::{ActionRepeat, ClipAction, RescaleAction},
     array::SharedArray,
     changed_action::{ChangedAction, DelayAction, LowPassAction, ScaleAction},
+    changed_vector::ChangedVector,
     filter::FilterObservation,
     flatten::FlattenObservation,
     frame_stack::{DelayObservation, FrameStack},

@@ -1,14 +1,10 @@
 //! Normal noise on observations and actions.
 
 use super::changed_action::{ActionChange, ChangedAction};
-use super::macros::keep;
-use super::vector::VectorObservation;
-use super::vectors::Vectors;
-use super::wrapper::{KeepsGoals, Resetting, SnapshotWrapper, Wrapper};
-use crate::gym::env::{ActionElement, Env, Reset, Step};
+use super::changed_vector::{ChangedVector, VectorChange};
+use super::wrapper::SnapshotWrapper;
 use crate::gym::error::{EnvError, check_setting};
 use crate::gym::np_random::NpRandom;
-use crate::gym::spaces::Space;
 use crate::gym::spaces::box_space::{BoxSpace, Element};
 use crate::gym::spaces::error::SpaceError;
 
@@ -90,9 +86,8 @@ impl<T> ActionNoise<T> {
 ///
 /// Goals and rewards stay exact. The generator begins anew with each seed that is passed to a reset,
 /// so that the same seed gives the same noise. The elements with noise have no bounds in the
-/// observation space. Observations reuse memory; a step allocates nothing unless many observations
-/// are kept. The Fetch environments also have [factors](crate::variation::InterfaceFactor) that draw
-/// the noise's size for each episode.
+/// observation space. The Fetch environments also have
+/// [factors](crate::variation::InterfaceFactor) that draw the noise's size for each episode.
 ///
 /// ```
 /// use fetch_env::{Env, EnvExt, GoalObservation, ObservationField, Task, make_kinematic};
@@ -107,26 +102,28 @@ impl<T> ActionNoise<T> {
 /// assert_ne!(noisy.observation()[3..6], exact[3..6]);
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
+pub type ObservationNoise<T = f64> = ChangedVector<NoisyElements, T>;
+
+/// The elements that get noise, and the noise.
 #[derive(Clone, Debug)]
-pub struct ObservationNoise<T = f64> {
+pub struct NoisyElements {
     noise: Noise,
     random: NpRandom,
     /// The indices of the elements with noise; `None` means all.
     elements: Option<Vec<usize>>,
-    vectors: Vectors<T>,
 }
 
-impl<T: Element> ObservationNoise<T> {
+impl<T> ObservationNoise<T> {
     /// Adds noise of a standard deviation from 0 to 100, in the unit of each element, where 0
     /// changes nothing.
     ///
-    /// [`wrap`](super::EnvExt::wrap) refuses another, and returns [`SpaceError::MissingPart`] if the
-    /// observation space has no vector of the observations' type. Two wrappers with different seeds
-    /// have different noise in episodes with the same seed.
+    /// [`wrap`](super::EnvExt::wrap) refuses another. Two wrappers with different seeds have
+    /// different noise in episodes with the same seed.
     #[must_use]
     pub fn new(standard_deviation: f64, seed: u64) -> Self {
         let noise = Noise::new(standard_deviation, seed);
-        Self { noise, random: noise.initial_state(), elements: None, vectors: Vectors::new() }
+        let random = noise.initial_state();
+        Self::from_change(NoisyElements { noise, random, elements: None })
     }
 
     /// Adds noise to the elements at these indices alone, in this order.
@@ -135,85 +132,45 @@ impl<T: Element> ObservationNoise<T> {
     /// vector.
     #[must_use]
     pub fn with_elements(mut self, indices: impl IntoIterator<Item = usize>) -> Self {
-        self.elements = Some(indices.into_iter().collect());
+        self.change.elements = Some(indices.into_iter().collect());
         self
     }
+}
 
-    fn make_space(&self, vector: &BoxSpace<T>) -> Result<BoxSpace<T>, SpaceError> {
-        let len = vector.len();
-        let (mut low, mut high) = (vector.low().to_vec(), vector.high().to_vec());
+impl<T: Element> VectorChange<T> for NoisyElements {
+    type Changed = T;
+
+    fn attach(&mut self, observed: &BoxSpace<T>) -> Result<BoxSpace<T>, EnvError> {
+        self.noise.check()?;
+        let len = observed.len();
+        let (mut low, mut high) = (observed.low().to_vec(), observed.high().to_vec());
         let all: Vec<usize> = (0..len).collect();
         for &index in self.elements.as_ref().unwrap_or(&all) {
             if index >= len {
-                return Err(SpaceError::Element { index, len });
+                return Err(SpaceError::Element { index, len }.into());
             }
             (low[index], high[index]) = (T::NEG_INFINITY, T::INFINITY);
         }
-        BoxSpace::new(vector.shape().to_vec(), low, high)
+        Ok(BoxSpace::new(observed.shape().to_vec(), low, high)?)
     }
 
-    fn observe<O: VectorObservation<Element = T>>(
-        &mut self,
-        observation: O,
-    ) -> Result<O::Replaced<T>, EnvError> {
-        self.vectors.check(observation.vector())?;
-        let Self { noise, random, elements, vectors } = self;
+    fn begin(&mut self, seed: Option<u64>) {
+        self.noise.begin(&mut self.random, 0, seed);
+    }
+
+    fn change(&mut self, observed: &[T], _is_first: bool, changed: &mut [T]) {
+        let Self { noise, random, elements } = self;
         let mut disturb =
             |element: &mut T| *element = T::from_f64(noise.disturb(random, (*element).into()));
-        Ok(vectors.replace(observation, |vector, array| {
-            array.copy_from_slice(vector);
-            match elements {
-                None => array.iter_mut().for_each(disturb),
-                Some(indices) => indices.iter().for_each(|&index| disturb(&mut array[index])),
-            }
-        }))
+        changed.copy_from_slice(observed);
+        match elements {
+            None => changed.iter_mut().for_each(disturb),
+            Some(indices) => indices.iter().for_each(|&index| disturb(&mut changed[index])),
+        }
     }
 }
 
-impl<E, O, T> Wrapper<E> for ObservationNoise<T>
-where
-    E: Env<Observation = O>,
-    O: VectorObservation<Element = T>,
-    T: Element,
-{
-    type Observation = O::Replaced<T>;
-    keep!(Info, ActionSpace);
-
-    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
-        self.noise.check()?;
-        let mut vectors = Vectors::new();
-        vectors.attach(env, |vector| self.make_space(vector))?;
-        self.vectors = vectors;
-        Ok(())
-    }
-
-    fn reset(
-        &mut self,
-        env: &mut Resetting<'_, E>,
-        seed: Option<u64>,
-        options: &E::ResetOptions,
-    ) -> Result<Reset<Self::Observation, E::Info>, EnvError> {
-        let reset = env.reset_with(seed, options)?;
-        self.noise.begin(&mut self.random, 0, seed);
-        reset.try_map_observation(|observation| self.observe(observation))
-    }
-
-    fn step(
-        &mut self,
-        env: &mut E,
-        action: &[ActionElement<E>],
-    ) -> Result<Step<Self::Observation, E::Info>, EnvError> {
-        env.step(action)?.try_map_observation(|observation| self.observe(observation))
-    }
-
-    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
-        self.vectors.observation_space(env)
-    }
-}
-
-impl<T> KeepsGoals for ObservationNoise<T> {}
-
-impl<T> SnapshotWrapper for ObservationNoise<T> {
+impl SnapshotWrapper for NoisyElements {
     type State = NpRandom;
 
     fn state(&self) -> NpRandom {

@@ -2,16 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::macros::{keep, observe};
-use super::vector::VectorObservation;
-use super::vectors::Vectors;
+use super::changed_vector::{ChangedVector, VectorChange};
 use super::wrapped::Wrapped;
-use super::wrapper::{KeepsGoals, SnapshotWrapper, Wrapper};
-use crate::gym::env::Env;
-use crate::gym::spaces::{
-    Space,
-    box_space::{BoxSpace, Element},
-};
+use super::wrapper::SnapshotWrapper;
+use crate::gym::spaces::box_space::{BoxSpace, Element};
 use crate::gym::{error::EnvError, spaces::error::SpaceError};
 
 /// Normalizes the observed vectors, element by element, by their running mean and variance.
@@ -19,8 +13,7 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// A normalized element is `(x - mean) / sqrt(variance + epsilon)`, computed in double precision
 /// and rounded to `f32`. Every observation, including that of a reset, counts before it is
 /// normalized, by the formulas of Gymnasium's wrapper of this name. Goals stay as they are, so that
-/// hindsight relabeling still works on them. Observations reuse memory; a step allocates nothing
-/// unless many observations are kept.
+/// hindsight relabeling still works on them.
 ///
 /// The statistics survive resets: until they are [frozen](Wrapped::set_frozen) the same seed gives
 /// different observations later, as in Gymnasium. A snapshot contains them. Each of several
@@ -42,11 +35,13 @@ use crate::gym::{error::EnvError, spaces::error::SpaceError};
 /// assert_eq!(evaluation.reset(Some(1)), evaluation.reset(Some(1)));
 /// # Ok::<(), fetch_env::EnvError>(())
 /// ```
+pub type NormalizeObservation = ChangedVector<Normalize, f32>;
+
+/// The statistics by which vectors are normalized.
 #[derive(Clone, Debug)]
-pub struct NormalizeObservation {
+pub struct Normalize {
     statistics: RunningStatistics,
     is_frozen: bool,
-    vectors: Vectors<f32>,
 }
 
 /// Running mean and variance of vectors, element by element.
@@ -115,58 +110,50 @@ impl Default for NormalizeObservation {
 }
 
 impl NormalizeObservation {
-    /// Gymnasium's addend to the variance.
-    const EPSILON: f64 = 1e-8;
-
     /// Normalizes observations by their own statistics, with an epsilon of 1e-8.
-    ///
-    /// [`wrap`](super::EnvExt::wrap) returns [`SpaceError::MissingPart`] if the observation space
-    /// has no vector of the observations' type.
     #[must_use]
     pub fn new() -> Self {
         let statistics = RunningStatistics::new(0);
-        Self { statistics, is_frozen: false, vectors: Vectors::new() }
+        Self::from_change(Normalize { statistics, is_frozen: false })
     }
 
     /// Normalizes observations by fixed statistics.
     ///
-    /// [`wrap`](super::EnvExt::wrap) returns the errors of [`new`](Self::new), and a [`SpaceError`]
-    /// if the length of `statistics` differs from that of the observations.
+    /// [`wrap`](super::EnvExt::wrap) returns a [`SpaceError`] if the length of `statistics` differs
+    /// from that of the observations.
     #[must_use]
     pub fn frozen(statistics: RunningStatistics) -> Self {
-        Self { statistics, is_frozen: true, vectors: Vectors::new() }
+        Self::from_change(Normalize { statistics, is_frozen: true })
     }
+}
 
-    fn make_space<T: Element>(
-        &mut self,
-        vector: &BoxSpace<T>,
-    ) -> Result<BoxSpace<f32>, SpaceError> {
-        let (expected, actual) = (vector.len(), self.statistics.mean.len());
+/// Gymnasium's addend to the variance.
+const EPSILON: f64 = 1e-8;
+
+impl<T: Element> VectorChange<T> for Normalize {
+    type Changed = f32;
+
+    fn attach(&mut self, observed: &BoxSpace<T>) -> Result<BoxSpace<f32>, EnvError> {
+        let (expected, actual) = (observed.len(), self.statistics.mean.len());
         if !self.is_frozen {
             self.statistics = RunningStatistics::new(expected);
         } else if actual != expected {
-            return Err(SpaceError::StatisticsLength { expected, actual });
+            return Err(SpaceError::StatisticsLength { expected, actual }.into());
         }
         let (low, high) = (vec![f32::NEG_INFINITY; expected], vec![f32::INFINITY; expected]);
-        BoxSpace::new(vector.shape().to_vec(), low, high)
+        Ok(BoxSpace::new(observed.shape().to_vec(), low, high)?)
     }
 
-    fn observe<O: VectorObservation>(
-        &mut self,
-        observation: O,
-        _is_first: bool,
-    ) -> Result<O::Replaced<f32>, EnvError> {
-        self.vectors.check(observation.vector())?;
+    fn change(&mut self, observed: &[T], _is_first: bool, normalized: &mut [f32]) {
         if !self.is_frozen {
-            self.statistics.add(observation.vector());
+            self.statistics.add(observed);
         }
         let RunningStatistics { mean, variance, .. } = &self.statistics;
-        Ok(self.vectors.replace(observation, |vector, array| {
-            let moments = mean.iter().zip(variance);
-            for ((out, &element), (mean, variance)) in array.iter_mut().zip(vector).zip(moments) {
-                *out = ((element.into() - mean) / (variance + Self::EPSILON).sqrt()) as f32;
-            }
-        }))
+        let moments = mean.iter().zip(variance);
+        for ((out, &element), (mean, variance)) in normalized.iter_mut().zip(observed).zip(moments)
+        {
+            *out = ((element.into() - mean) / (variance + EPSILON).sqrt()) as f32;
+        }
     }
 }
 
@@ -174,42 +161,23 @@ impl<E> Wrapped<E, NormalizeObservation> {
     /// Returns the statistics of the observations so far.
     #[must_use]
     pub const fn statistics(&self) -> &RunningStatistics {
-        &self.wrapper.statistics
+        &self.wrapper.change.statistics
     }
 
     /// Whether the statistics are frozen.
     #[must_use]
     pub const fn is_frozen(&self) -> bool {
-        self.wrapper.is_frozen
+        self.wrapper.change.is_frozen
     }
 
     /// Freezes the statistics, for evaluation, or lets them run.
     pub const fn set_frozen(&mut self, is_frozen: bool) {
-        self.wrapper.is_frozen = is_frozen;
+        self.wrapper.change.is_frozen = is_frozen;
     }
 }
-
-impl<E: Env<Observation: VectorObservation>> Wrapper<E> for NormalizeObservation {
-    type Observation = <E::Observation as VectorObservation>::Replaced<f32>;
-    keep!(Info, ActionSpace);
-    observe!();
-
-    fn attach(&mut self, env: &E) -> Result<(), EnvError> {
-        let mut vectors = Vectors::new();
-        vectors.attach(env, |vector| self.make_space(vector))?;
-        self.vectors = vectors;
-        Ok(())
-    }
-
-    fn observation_space<'a>(&'a self, env: &'a E) -> &'a Space {
-        self.vectors.observation_space(env)
-    }
-}
-
-impl KeepsGoals for NormalizeObservation {}
 
 /// The state is the statistics, and whether they are frozen.
-impl SnapshotWrapper for NormalizeObservation {
+impl SnapshotWrapper for Normalize {
     type State = (RunningStatistics, bool);
 
     fn state(&self) -> Self::State {
@@ -217,7 +185,7 @@ impl SnapshotWrapper for NormalizeObservation {
     }
 
     fn check_state(&self, (statistics, _): &Self::State) -> Result<(), EnvError> {
-        let (theirs, ours) = (statistics.mean.len(), self.vectors.len());
+        let (theirs, ours) = (statistics.mean.len(), self.statistics.mean.len());
         if theirs == ours {
             return Ok(());
         }

@@ -4,11 +4,11 @@ use std::fmt;
 
 use goal_reward::{GoalError, GoalPairs, GoalReward, Symmetry};
 
-use super::macros::{keep, observe};
-use super::wrapper::{GoalWrapper, Stateless, Wrapper};
+use super::macros::keep;
+use super::wrapper::{GoalWrapper, Resetting, Stateless, Wrapper};
 use crate::gym::env::goal::{GoalEnv, Info};
 use crate::gym::env::observation::GoalObservation;
-use crate::gym::env::{ActionElement, Env, Step};
+use crate::gym::env::{ActionElement, Env, Reset, Step};
 use crate::gym::{error::EnvError, spaces::Space};
 
 /// Transforms observations by a function.
@@ -47,15 +47,6 @@ impl<F> TransformObservation<F> {
     }
 }
 
-impl<F> TransformObservation<F> {
-    fn observe<O, P>(&mut self, observation: O, _is_first: bool) -> Result<P, EnvError>
-    where
-        F: Fn(O) -> P,
-    {
-        Ok((self.transform)(observation))
-    }
-}
-
 impl<E: Env, F, O> Wrapper<E> for TransformObservation<F>
 where
     F: Fn(E::Observation) -> O,
@@ -63,7 +54,24 @@ where
 {
     type Observation = O;
     keep!(Info, ActionSpace);
-    observe!();
+
+    fn reset(
+        &mut self,
+        env: &mut Resetting<'_, E>,
+        seed: Option<u64>,
+        options: &E::ResetOptions,
+    ) -> Result<Reset<O, E::Info>, EnvError> {
+        env.reset_with(seed, options)?
+            .try_map_observation(|observation| Ok((self.transform)(observation)))
+    }
+
+    fn step(
+        &mut self,
+        env: &mut E,
+        action: &[ActionElement<E>],
+    ) -> Result<Step<O, E::Info>, EnvError> {
+        env.step(action)?.try_map_observation(|observation| Ok((self.transform)(observation)))
+    }
 
     fn observation_space<'a>(&'a self, _env: &'a E) -> &'a Space {
         &self.observation_space
