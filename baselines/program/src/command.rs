@@ -61,7 +61,7 @@ pub enum Command {
     Train(Box<train::Args>),
     /// Report when runs reached their targets, and plot their curves
     #[cfg(feature = "full")]
-    #[command(after_help = "Example: fetch-env learning-curves results/train --folder curves")]
+    #[command(after_help = "Example: fetch-env learning-curves results/train --out curves")]
     LearningCurves(learning_curves::Args),
     /// Run a policy over many episodes, and print its figures with their 95 % intervals
     #[cfg(feature = "full")]

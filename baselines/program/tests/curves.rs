@@ -16,7 +16,7 @@ const HEADER: &str =
 const NAME: &str = "FetchReach-v4-fast";
 
 fn learning_curves(folder: &Path) -> Command {
-    let mut command = fetch("learning-curves --folder");
+    let mut command = fetch("learning-curves --out");
     command.arg(folder);
     command
 }
@@ -48,7 +48,7 @@ fn learning_curves_gather_runs() -> Result {
     output_of(train.arg(&runs))?;
     let changes = &read_json(&runs.join("seed-1/run.json"))?["changes"];
     assert_eq!(changes[0], "evaluation_episodes=5");
-    let text = output_of(fetch("learning-curves --folder").args([&curves, &runs]))?;
+    let text = output_of(fetch("learning-curves --out").args([&curves, &runs]))?;
     assert!(text.contains("FetchReach-v4-fast-evaluation_episodes=5: 0 of 2 runs"), "{text}");
     let csv = fs::read_to_string(curves.join("FetchReach-v4-fast-evaluation_episodes=5.csv"))?;
     assert!(csv.starts_with("seed,steps,updates,seconds,success_rate"), "{csv}");
@@ -56,9 +56,9 @@ fn learning_curves_gather_runs() -> Result {
     // The file alone gives the same pictures.
     let picture = || fs::read(curves.join("FetchReach-v4-fast-evaluation_episodes=5.svg"));
     let first = picture()?;
-    assert!(output_of(fetch("learning-curves --folder").arg(&curves))?.contains("0 of 2 runs"));
+    assert!(output_of(fetch("learning-curves --out").arg(&curves))?.contains("0 of 2 runs"));
     assert!(picture()? == first, "the pictures differ");
-    let nothing = fetch("learning-curves --folder").arg(folder.path().join("nothing")).output()?;
+    let nothing = fetch("learning-curves --out").arg(folder.path().join("nothing")).output()?;
     assert!(errors_of(&nothing).contains("has no curves"), "{}", errors_of(&nothing));
     Ok(())
 }

@@ -19,15 +19,16 @@ use crate::shared::folders::{entries, runs_in};
 pub struct Args {
     /// Folders of runs to add, as `train` writes them, or folders that contain such folders
     runs: Vec<PathBuf>,
-    /// Folder of the curves, one file for each environment and preset, and of their pictures
-    #[arg(long, default_value = "baselines/learning")]
-    folder: PathBuf,
+    /// Folder for the curves, one file for each environment and preset, and for their pictures;
+    /// curves that it has get the runs that they lack
+    #[arg(long)]
+    out: PathBuf,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let (mut groups, mut runs) = (BTreeMap::new(), BTreeMap::<String, RunDescription>::new());
-    if args.folder.is_dir() {
-        for path in entries(&args.folder)? {
+    if args.out.is_dir() {
+        for path in entries(&args.out)? {
             let name = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".csv"));
             // Other names are those of other files.
             if let Some(name) = name
@@ -46,13 +47,13 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
                 ensure!(
                     other.differs_in_seed_alone(description),
                     "{} is a different run from those before it, but its curve has the same name, \
-                     {name}: gather it in another folder with --folder",
+                     {name}: gather it in another folder with --out",
                     run.path().display()
                 );
             }
             let group = match groups.remove(&name) {
                 Some(group) => group,
-                None => begin(&args.folder, &name)?,
+                None => begin(&args.out, &name)?,
             };
             groups.insert(name, group.with_run(description.seed, &lines));
         }
@@ -60,16 +61,16 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     ensure!(
         !groups.is_empty(),
         "{} has no curves: pass folders of runs that `train` has written",
-        args.folder.display()
+        args.out.display()
     );
-    fs::create_dir_all(&args.folder)
-        .with_context(|| format!("cannot make the folder {}", args.folder.display()))?;
+    fs::create_dir_all(&args.out)
+        .with_context(|| format!("cannot make the folder {}", args.out.display()))?;
     for (name, group) in &groups {
         if runs.contains_key(name) {
-            group.write(args.folder.join(format!("{name}.csv")))?;
+            group.write(args.out.join(format!("{name}.csv")))?;
         }
         say!("{}", group.summary())?;
-        save(&Curves::new(group)?, &args.folder, name)?;
+        save(&Curves::new(group)?, &args.out, name)?;
     }
     Ok(true)
 }
@@ -80,7 +81,7 @@ fn begin(folder: &Path, name: &str) -> anyhow::Result<Group> {
     if let Some(picture) = pictures.iter().find(|path| path.symlink_metadata().is_ok()) {
         bail!(
             "{} exists, but there is no {name}.csv beside it, so it may not be the picture of a \
-             curve: choose another folder with --folder",
+             curve: choose another folder with --out",
             picture.display()
         );
     }

@@ -235,7 +235,7 @@ fn names_of_curves_lead_to_no_other_folder() -> Result {
     ] {
         forged(part, value)?;
         // One that is refused writes nothing.
-        fetch("learning-curves --folder").args([&curves, &run]).output()?;
+        fetch("learning-curves --out").args([&curves, &run]).output()?;
     }
     let names = |folder: &Path| -> Result<Vec<_>> {
         let names = fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name()));
