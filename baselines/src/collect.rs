@@ -1,10 +1,11 @@
 //! Collects episodes of a policy into a hindsight replay buffer.
 
 use fetch_env::spaces::SpaceError;
-use fetch_env::{ActionElement, ActionSpace, EnvError, GoalEnv, GoalObservation, Reset};
+use fetch_env::{
+    ActionElement, ActionSpace, EnvError, GoalEnv, GoalEnvExt, GoalObservation, Reset,
+};
 use her_relabel::{AddError, BufferConfig, HerBuffer, Scalar, StartData, StepData};
 
-use crate::dims::dims_of;
 use crate::evaluate::{Episode, Evaluation, Event, check_policy, run_episode, seeds};
 use crate::policy::{Policy, PolicyError};
 
@@ -45,8 +46,7 @@ debug_as_display!(CollectError);
 /// [`SpaceError::MissingPart`] if the environment's observation space has no observation or no
 /// goals.
 pub fn buffer_config<E: GoalEnv>(capacity: usize, env: &E) -> Result<BufferConfig, SpaceError> {
-    let dims = dims_of(env.observation_space(), env.action_space().action_len())?;
-    Ok(BufferConfig::new(capacity, dims))
+    Ok(BufferConfig::new(capacity, env.dims()?))
 }
 
 /// Runs `count` episodes, reset with the seeds `first_seed`, `first_seed + 1`, ..., each until it

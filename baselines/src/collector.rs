@@ -185,7 +185,7 @@ impl<E: CollectEnv> Collector<E> {
         buffer: &mut HerBuffer<T>,
     ) -> Result<(), CollectorError> {
         let batch = self.envs.reset(seed)?;
-        let recorded = buffer.record(&batch.into())?;
+        let recorded = buffer.record(batch)?;
         if let Some((env_index, error)) = batch.errors().next() {
             return Err(CollectorError::Environment { env_index, source: error.clone() });
         }
@@ -219,7 +219,7 @@ impl<E: CollectEnv> Collector<E> {
     ///
     /// A buffer goes on only after it was told of these states, with which its unfinished episodes
     /// go on or end:
-    /// `buffer.resume(&collector.envs().last_step().into())` (see [`HerBuffer::resume`]).
+    /// `buffer.resume(collector.envs().last_step())` (see [`HerBuffer::resume`]).
     ///
     /// # Errors
     /// As [`VecEnv::restore`]; nothing has changed then.
@@ -274,7 +274,7 @@ impl<E: CollectEnv> Collector<E> {
         for _ in 0..num_steps {
             policy.act_all(self.envs.last_step(), &mut self.actions);
             let batch = self.envs.step(&self.actions)?;
-            let recorded = buffer.record(&batch.into())?;
+            let recorded = buffer.record(batch)?;
             collected.recorded_steps += recorded.recorded_steps;
             collected.finished_episodes += recorded.finished_episodes;
             collected.discarded_episodes += recorded.discarded_episodes;
@@ -317,7 +317,7 @@ impl<E: CollectEnv> Collector<E> {
             ends.map(|(terminated, truncated)| *terminated || *truncated).collect();
         if mask.contains(&true) {
             let reset = VecReset { mask: Some(&mask), ..VecReset::default() };
-            buffer.record(&self.envs.reset_with(&reset)?.into())?.check()?;
+            buffer.record(self.envs.reset_with(&reset)?)?.check()?;
         }
         Ok(())
     }

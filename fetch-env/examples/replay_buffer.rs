@@ -18,11 +18,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut random = NpRandom::new(7);
 
     // The buffer records whatever the environments return, starting with the reset.
-    buffer.record(&envs.reset(Some(42))?.into())?.check()?;
+    buffer.record(envs.reset(Some(42))?)?.check()?;
     // Two episodes of 50 steps, and the reset between them.
     for _ in 0..101 {
         let actions = [0.0; 4 * NUM_ENVS].map(|_: f32| random.uniform(-1.0, 1.0) as f32);
-        buffer.record(&envs.step(&actions)?.into())?.check()?;
+        buffer.record(envs.step(&actions)?)?.check()?;
     }
     println!("the buffer holds {} steps", buffer.len());
 

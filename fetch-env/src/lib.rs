@@ -113,8 +113,8 @@ pub use ::fetch_sim::{
 #[cfg(feature = "mujoco")]
 pub use ::fetch_sim::{MujocoSimulator, builtin_files};
 pub use ::goal_reward::{
-    DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind, Symmetry,
-    ThresholdError,
+    Dims, DistanceReward, DistanceThreshold, GoalError, GoalPairs, GoalReward, RewardKind,
+    Symmetry, ThresholdError,
 };
 #[cfg(feature = "mujoco")]
 pub use fetch::make::{MujocoEnv, make, make_vec, make_vec_while};

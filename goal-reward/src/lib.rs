@@ -27,6 +27,7 @@
 //! | refuse goals that are not finite | [`GoalReward::try_reward`] |
 //! | write your own reward | [`GoalReward`] |
 //! | describe the mirror symmetry of a task | [`Symmetry`] |
+//! | say how long a task's vectors are | [`Dims`] |
 //!
 //! # Example
 //! ```
@@ -55,6 +56,7 @@
 #[macro_use]
 mod debug;
 
+mod dims;
 mod distance;
 mod distance_reward;
 mod error;
@@ -63,6 +65,7 @@ mod reward;
 mod symmetry;
 mod threshold;
 
+pub use dims::Dims;
 pub use distance::goal_distance;
 pub use distance_reward::{DistanceReward, ParseRewardKindError, RewardKind};
 pub use error::{GoalError, GoalRole};

@@ -104,9 +104,11 @@ mod store;
 mod unit_interval;
 
 /// Crates whose types are part of this crate's interface.
-pub use {::goal_reward, ::rand_core};
+pub use {::goal_reward, ::goal_reward::Dims, ::rand_core};
 
-pub use add::arguments::{EpisodeData, FieldRows, RowNumbers, StartData, StepData, StepRows};
+pub use add::arguments::{
+    AsStepRows, EpisodeData, FieldRows, RowNumbers, StartData, StepData, StepRows,
+};
 pub use add::check::AddError;
 pub use add::record::{Recorded, RefusedRow};
 pub use normalizer::{Normalizer, NormalizerConfig, NormalizerError};
@@ -125,7 +127,7 @@ pub use sample::settings::termination::Termination;
 pub use save::stream::LoadError;
 pub use scalar::Scalar;
 pub use store::buffer::HerBuffer;
-pub use store::config::{BufferConfig, ConfigError, Dims};
+pub use store::config::{BufferConfig, ConfigError};
 pub use store::fields::{Field, UnknownField};
 pub use store::motionless::MotionlessEpisodes;
 pub use store::priorities::{NewPriority, Priorities, PriorityError, PriorityUnit};

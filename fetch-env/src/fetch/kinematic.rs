@@ -101,9 +101,9 @@ mod tests {
             let dims = her_relabel::Dims { observation: 25, goal: 3, action: 4 };
             let config = her_relabel::BufferConfig::new(60, dims).with_num_envs(NUM_ENVS);
             let mut buffer = her_relabel::HerBuffer::<f32>::new(config)?;
-            buffer.record(&envs.reset(Some(0))?.into())?.check()?;
+            buffer.record(envs.reset(Some(0))?)?.check()?;
             for _ in 0..100 {
-                buffer.record(&envs.step(&actions)?.into())?.check()?;
+                buffer.record(envs.step(&actions)?)?.check()?;
             }
             buffer
         };
@@ -112,7 +112,7 @@ mod tests {
                 let step = envs.step(&actions).expect("a step");
                 assert_eq!(step.errors().count(), 0);
                 #[cfg(feature = "her-relabel")]
-                buffer.record(&step.into()).expect("rows that fit").check().expect("numbers");
+                buffer.record(step).expect("rows that fit").check().expect("numbers");
             }
             envs.send(&actions, &[0, 1, 2, 3, 4, 5]).expect("idle environments");
             for _ in 0..20 * rounds {

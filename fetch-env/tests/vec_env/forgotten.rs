@@ -141,10 +141,10 @@ fn whatever_is_forgotten_or_recorded_twice_the_buffer_stores_what_happened() -> 
             truth.watch(batch);
             let times = [1, 1, 1, 1, 1, 1, 1, 1, 0, 2][random.next_u32() as usize % 10];
             for _ in 0..times {
-                if let Err(error) = buffer.record(&batch.into()) {
+                if let Err(error) = buffer.record(batch) {
                     refusals.insert(std::mem::discriminant(&error));
                     if random.next_u32().is_multiple_of(2) {
-                        buffer.resume(&batch.into())?.check()?;
+                        buffer.resume(batch)?.check()?;
                     }
                 }
             }
@@ -172,21 +172,21 @@ fn a_refusal_says_how_many_results_are_missing_and_changes_nothing() -> Result {
         let mut envs = vec_env(COUNT, VecConfig::default().with_autoreset(mode))?;
         let mut buffer = buffer()?;
         let actions = [0.1; 4 * COUNT];
-        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
-        buffer.record(&envs.step(&actions)?.into())?.check()?;
-        let twice = buffer.record(&envs.last_step().into());
+        buffer.record(envs.reset(Some(4))?)?.check()?;
+        buffer.record(envs.step(&actions)?)?.check()?;
+        let twice = buffer.record(envs.last_step());
         assert_eq!(twice, Err(AddError::RecordedBefore { env_index: 0 }));
         envs.step(&actions)?;
         envs.reset(None)?;
-        let refused = buffer.record(&envs.step(&actions)?.into());
+        let refused = buffer.record(envs.step(&actions)?);
         assert_eq!(refused, Err(AddError::RowsMissing { env_index: 0, missing: 2 }));
         assert_eq!(buffer.unfinished_steps(0)?, Some(1));
         // It goes on in the state that it has now, or after a reset.
-        buffer.resume(&envs.last_step().into())?.check()?;
+        buffer.resume(envs.last_step())?.check()?;
         assert_eq!((buffer.len(), buffer.unfinished_steps(0)?), (COUNT, Some(0)));
-        buffer.record(&envs.step(&actions)?.into())?.check()?;
+        buffer.record(envs.step(&actions)?)?.check()?;
         envs.step(&actions)?;
-        buffer.record(&envs.reset(None)?.into())?.check()?;
+        buffer.record(envs.reset(None)?)?.check()?;
         assert_eq!((buffer.len(), buffer.unfinished_steps(0)?), (2 * COUNT, Some(0)));
     }
     Ok(())
@@ -199,26 +199,26 @@ fn steps_of_other_environments_are_not_joined() -> Result {
         (vec_env(COUNT, config)?, vec_env(COUNT, config)?, buffer()?);
     let actions = [0.1; 4 * COUNT];
     assert_ne!(one.last_step().source(), other.last_step().source());
-    buffer.record(&one.reset(Some(4))?.into())?.check()?;
+    buffer.record(one.reset(Some(4))?)?.check()?;
     other.reset(Some(4))?;
-    let foreign = buffer.record(&other.step(&actions)?.into());
+    let foreign = buffer.record(other.step(&actions)?);
     assert_eq!(foreign, Err(AddError::OtherEpisode { env_index: 0 }));
-    buffer.record(&one.step(&actions)?.into())?.check()?;
-    buffer.record(&other.reset(Some(5))?.into())?.check()?;
-    buffer.record(&other.step(&actions)?.into())?.check()?;
-    let foreign = buffer.record(&one.step(&actions)?.into());
+    buffer.record(one.step(&actions)?)?.check()?;
+    buffer.record(other.reset(Some(5))?)?.check()?;
+    buffer.record(other.step(&actions)?)?.check()?;
+    let foreign = buffer.record(one.step(&actions)?);
     assert_eq!(foreign, Err(AddError::OtherEpisode { env_index: 0 }));
     // A copy of the environments goes on where the episode is, and a loaded buffer as well.
     one.restore(&other.snapshot()?)?;
     let mut bytes = Vec::new();
     buffer.write_to(&mut bytes)?;
     for mut buffer in [buffer, HerBuffer::read_from(&bytes[..])?] {
-        let foreign = buffer.record(&one.step(&actions)?.into());
+        let foreign = buffer.record(one.step(&actions)?);
         assert_eq!(foreign, Err(AddError::OtherEpisode { env_index: 0 }));
         one.restore(&other.snapshot()?)?;
-        buffer.resume(&one.last_step().into())?.check()?;
+        buffer.resume(one.last_step())?.check()?;
         assert_eq!((buffer.len(), buffer.unfinished_steps(0)?), (COUNT, Some(1)));
-        buffer.record(&one.step(&actions)?.into())?.check()?;
+        buffer.record(one.step(&actions)?)?.check()?;
         assert_eq!(buffer.unfinished_steps(0)?, Some(2));
         one.restore(&other.snapshot()?)?;
     }

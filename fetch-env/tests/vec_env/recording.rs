@@ -90,7 +90,7 @@ fn a_recorded_vector_stores_what_its_environments_do_alone() -> Result {
         let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
         let (mut envs, mut buffer, mut by_hand) =
             (vec_env(COUNT, config)?, buffer()?, ByHand::new()?);
-        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+        buffer.record(envs.reset(Some(4))?)?.check()?;
         for (env_index, seed) in (0..COUNT).zip(4..) {
             by_hand.begin(env_index, Some(seed))?;
         }
@@ -98,11 +98,11 @@ fn a_recorded_vector_stores_what_its_environments_do_alone() -> Result {
             let actions: Vec<f32> =
                 (0..COUNT).flat_map(|env_index| action(env_index, step)).collect();
             let batch = envs.step(&actions)?;
-            buffer.record(&batch.into())?.check()?;
+            buffer.record(batch)?.check()?;
             let over: Vec<bool> = batch.truncated().to_vec();
             if mode == AutoresetMode::Disabled && over.contains(&true) {
                 let reset = VecReset { mask: Some(&over), ..VecReset::default() };
-                buffer.record(&envs.reset_with(&reset)?.into())?.check()?;
+                buffer.record(envs.reset_with(&reset)?)?.check()?;
             }
             for env_index in 0..COUNT {
                 by_hand.act(env_index, &action(env_index, step), mode)?;
@@ -125,7 +125,7 @@ fn rows_are_recorded_in_the_order_in_which_they_arrive() -> Result {
         let mut started = [false; COUNT];
         for _ in 0..100 {
             let batch = envs.recv(2)?;
-            buffer.record(&batch.into())?.check()?;
+            buffer.record(batch)?.check()?;
             let env_index = batch.env_index().to_vec();
             let mut actions = Vec::new();
             for &env_index in &env_index {
@@ -158,26 +158,26 @@ fn a_failed_environment_loses_its_own_episode_only() -> Result {
         let simulator = |config: &fetch_sim::SimConfig| Faulty::new(config, fault);
         let mut envs = VecEnv::new(envs(COUNT, simulator)?, config)?;
         let mut buffer = buffer()?;
-        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+        buffer.record(envs.reset(Some(4))?)?.check()?;
         let with = |third: [f32; 4]| [STAY, STAY, third, STAY, STAY].concat();
         for _ in 0..2 {
-            assert_eq!(buffer.record(&envs.step(&with(STAY))?.into())?.recorded_steps, COUNT);
+            assert_eq!(buffer.record(envs.step(&with(STAY))?)?.recorded_steps, COUNT);
         }
         // A refused action loses nothing.
         let batch = envs.step(&with([f32::NAN; 4]))?;
         assert!(matches!(batch.error(2), Some(EnvError::ActionNotFinite { .. })));
-        let recorded = buffer.record(&batch.into())?;
+        let recorded = buffer.record(batch)?;
         assert_eq!((recorded.recorded_steps, recorded.discarded_episodes), (COUNT - 1, 0));
         assert_eq!(buffer.unfinished_steps(2)?, Some(2));
 
-        let recorded = buffer.record(&envs.step(&with(DOWN))?.into())?;
+        let recorded = buffer.record(envs.step(&with(DOWN))?)?;
         assert_eq!((recorded.recorded_steps, recorded.discarded_episodes), (COUNT - 1, 1));
         assert!(recorded.first_refusal.is_none());
         for env_index in [0, 1, 3, 4] {
             assert_eq!(buffer.unfinished_steps(env_index)?, Some(4));
         }
         // The next episode of the environment, if it has one, is recorded from its start.
-        buffer.record(&envs.step(&with(STAY))?.into())?.check()?;
+        buffer.record(envs.step(&with(STAY))?)?.check()?;
         let unfinished = buffer.unfinished_steps(2)?;
         let goes_on = envs.env(2).is_some() && mode != AutoresetMode::Disabled;
         match mode {
@@ -193,9 +193,9 @@ fn a_step_whose_reset_fails_is_recorded() -> Result {
     let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
     let mut envs = VecEnv::new([ResetsOnce(envs(1, kinematic)?.remove(0), true)], config)?;
     let mut buffer = buffer()?;
-    buffer.record(&envs.reset(Some(0))?.into())?.check()?;
+    buffer.record(envs.reset(Some(0))?)?.check()?;
     for _ in 0..5 {
-        buffer.record(&envs.step(&[0.1; 4])?.into())?.check()?;
+        buffer.record(envs.step(&[0.1; 4])?)?.check()?;
     }
     let batch = envs.last_step();
     assert_eq!(batch.error(0), Some(&EnvError::other("no second episode")));
@@ -211,17 +211,17 @@ fn a_restored_state_is_not_joined_to_the_steps_before() -> Result {
         let mut envs = vec_env(COUNT, VecConfig::default().with_autoreset(mode))?;
         let mut buffer = buffer()?;
         let actions = [0.1; 4 * COUNT];
-        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
-        buffer.record(&envs.step(&actions)?.into())?.check()?;
+        buffer.record(envs.reset(Some(4))?)?.check()?;
+        buffer.record(envs.step(&actions)?)?.check()?;
         let snapshot = envs.snapshot()?;
         for _ in 0..2 {
-            buffer.record(&envs.step(&actions)?.into())?.check()?;
+            buffer.record(envs.step(&actions)?)?.check()?;
         }
         envs.restore(&snapshot)?;
-        let recorded = buffer.record(&envs.last_step().into())?;
+        let recorded = buffer.record(envs.last_step())?;
         assert_eq!((recorded.recorded_steps, recorded.finished_episodes), (0, COUNT));
         assert_eq!((buffer.len(), buffer.unfinished_steps(0)?), (3 * COUNT, Some(0)));
-        buffer.record(&envs.step(&actions)?.into())?.check()?;
+        buffer.record(envs.step(&actions)?)?.check()?;
         assert_eq!(buffer.unfinished_steps(0)?, Some(1));
     }
     Ok(())
@@ -232,7 +232,7 @@ fn each_row_of_a_goal_that_moves_has_the_goal_of_its_step() -> Result {
     for mode in MODES {
         let config = VecConfig::default().with_num_threads(2).with_autoreset(mode);
         let (mut envs, mut buffer) = (vec_env(COUNT, config)?, buffer()?);
-        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+        buffer.record(envs.reset(Some(4))?)?.check()?;
         // By action: the goal and the reward.
         let mut taken = BTreeMap::new();
         for step in 0..STEPS {
@@ -251,11 +251,11 @@ fn each_row_of_a_goal_that_moves_has_the_goal_of_its_step() -> Result {
                 let action = action(env_index, step).map(f32::to_bits);
                 taken.insert(action, (goal.ok_or("no goal")?, batch.reward()[env_index]));
             }
-            buffer.record(&batch.into())?.check()?;
+            buffer.record(batch)?.check()?;
             let over: Vec<bool> = batch.truncated().to_vec();
             if mode == AutoresetMode::Disabled && over.contains(&true) {
                 let reset = VecReset { mask: Some(&over), ..VecReset::default() };
-                buffer.record(&envs.reset_with(&reset)?.into())?.check()?;
+                buffer.record(envs.reset_with(&reset)?)?.check()?;
             }
         }
         for env_index in 0..COUNT {
@@ -287,18 +287,18 @@ fn each_row_of_a_goal_that_moves_has_the_goal_of_its_step() -> Result {
 fn an_episode_goes_on_in_an_environment_that_a_call_leaves_out() -> Result {
     let config = VecConfig::default().with_autoreset(AutoresetMode::SameStep);
     let (mut envs, mut buffer) = (vec_env(COUNT, config)?, buffer()?);
-    buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+    buffer.record(envs.reset(Some(4))?)?.check()?;
     // The first episode of environment 0 ends, and its next one begins.
     for step in 0..5 {
-        buffer.record(&envs.step(&actions(COUNT, step))?.into())?.check()?;
+        buffer.record(envs.step(&actions(COUNT, step))?)?.check()?;
     }
     assert_eq!(buffer.unfinished_steps(0)?, Some(0));
     let reset = VecReset { mask: Some(&[false, true, false, false, false]), ..VecReset::default() };
-    let recorded = buffer.record(&envs.reset_with(&reset)?.into())?;
+    let recorded = buffer.record(envs.reset_with(&reset)?)?;
     assert_eq!((recorded.finished_episodes, recorded.discarded_episodes), (1, 0));
     envs.send(&action(3, 5), &[3])?;
-    assert_eq!(buffer.record(&envs.recv_all()?.into())?.discarded_episodes, 0);
-    buffer.record(&envs.step(&actions(COUNT, 6))?.into())?.check()?;
+    assert_eq!(buffer.record(envs.recv_all()?)?.discarded_episodes, 0);
+    buffer.record(envs.step(&actions(COUNT, 6))?)?.check()?;
     assert_eq!(buffer.unfinished_steps(0)?, Some(1));
     Ok(())
 }
@@ -313,18 +313,18 @@ fn a_reset_with_refused_options_changes_nothing() -> Result {
     for mode in MODES {
         let mut envs = vec_env(COUNT, VecConfig::default().with_autoreset(mode))?;
         let mut buffer = buffer()?;
-        buffer.record(&envs.reset(Some(4))?.into())?.check()?;
+        buffer.record(envs.reset(Some(4))?)?.check()?;
         for step in 0..5 {
             if step > 0 {
                 let batch = envs.reset_with(&reset)?;
                 assert!(matches!(batch.error(0), Some(EnvError::OptionOutside { .. })));
-                assert_eq!(buffer.record(&batch.into())?.discarded_episodes, 0);
+                assert_eq!(buffer.record(batch)?.discarded_episodes, 0);
                 assert_eq!(buffer.unfinished_steps(0)?, Some(step));
             }
-            buffer.record(&envs.step(&actions(COUNT, step))?.into())?.check()?;
+            buffer.record(envs.step(&actions(COUNT, step))?)?.check()?;
         }
         // The episode is over, and the next one is still to begin.
-        assert_eq!(buffer.record(&envs.reset_with(&reset)?.into())?.discarded_episodes, 0);
+        assert_eq!(buffer.record(envs.reset_with(&reset)?)?.discarded_episodes, 0);
         let batch = envs.step(&actions(COUNT, 5))?;
         assert_eq!(batch.started()[0], mode == AutoresetMode::NextStep);
         assert_eq!(batch.stepped()[0], mode == AutoresetMode::SameStep);

@@ -200,9 +200,9 @@ fn wrapped_observations_and_transformed_rewards_are_recorded_and_relabeled() -> 
     let dims = Dims { observation: 3 * 25, goal: 3, action: 4 };
     let config = BufferConfig::new(1000, dims).with_num_envs(NUM_ENVS);
     let mut buffer = HerBuffer::<f32>::new(config)?;
-    buffer.record(&envs.reset(Some(0))?.into())?.check()?;
+    buffer.record(envs.reset(Some(0))?)?.check()?;
     for _ in 0..50 {
-        buffer.record(&envs.step(&[0.1; 4 * NUM_ENVS])?.into())?.check()?;
+        buffer.record(envs.step(&[0.1; 4 * NUM_ENVS])?)?.check()?;
     }
     assert_eq!(buffer.len(), 50 * NUM_ENVS);
     let sampler = Sampler::new(256, GoalStrategy::Future, UnitInterval::from_k(4));

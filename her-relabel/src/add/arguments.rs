@@ -3,7 +3,9 @@
 //! `O` is the type of observations, `G` that of goals, rewards and fields, and `A` that of actions:
 //! `f32` or `f64`, independent of each other and of the type that the buffer stores.
 
-use crate::store::config::Dims;
+use goal_reward::Dims;
+
+use crate::scalar::Scalar;
 use crate::store::storage::RowNumber;
 
 /// The name of a field and its numbers: `len` of them for one step, or a row-major matrix with
@@ -127,6 +129,45 @@ pub struct StepRows<'a, O, G = O, A = O> {
     /// The numbers by which a row that is missing, or recorded twice, is noticed. Without them the
     /// caller answers for the order.
     pub numbers: Option<RowNumbers<'a>>,
+}
+
+/// What has rows that [`HerBuffer::record`](crate::HerBuffer::record) takes: [`StepRows`], and the
+/// results of vectorized environments, such as those of `fetch-env` with its feature `her-relabel`.
+///
+/// ```compile_fail,E0277
+/// use her_relabel::{BufferConfig, Dims, HerBuffer};
+///
+/// let config = BufferConfig::new(1000, Dims { observation: 1, goal: 1, action: 1 });
+/// let mut buffer = HerBuffer::<f32>::new(config)?;
+/// buffer.record(&[0.5])?.check()?; // the compiler says what has rows
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no rows for a hindsight buffer",
+    label = "neither `StepRows` nor the result of vectorized environments",
+    note = "results of `fetch_env::VecEnv` have rows with `features = [\"her-relabel\"]` of `fetch-env`",
+    note = "results of other environments have them once they implement `AsStepRows`"
+)]
+pub trait AsStepRows {
+    /// An element of an observation.
+    type Observation: Scalar;
+    /// An element of a goal, and a reward.
+    type Goal: Scalar;
+    /// An element of an action.
+    type Action: Scalar;
+
+    /// Returns the rows.
+    fn as_step_rows(&self) -> StepRows<'_, Self::Observation, Self::Goal, Self::Action>;
+}
+
+impl<O: Scalar, G: Scalar, A: Scalar> AsStepRows for StepRows<'_, O, G, A> {
+    type Observation = O;
+    type Goal = G;
+    type Action = A;
+
+    fn as_step_rows(&self) -> StepRows<'_, O, G, A> {
+        *self
+    }
 }
 
 /// The numbers of rows: where each stands among all rows of its environment.

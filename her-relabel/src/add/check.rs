@@ -1,10 +1,10 @@
 //! Checks of added data, and their error.
 
+use goal_reward::Dims;
 use thiserror::Error;
 
 use crate::add::arguments::{EpisodeData, FieldRows, StartData, StepData, StepRows};
 use crate::scalar::Scalar;
-use crate::store::config::Dims;
 use crate::store::fields::{Field, Fields, UnknownField};
 use crate::store::storage::Storage;
 

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::add::arguments::{StartData, StepRows};
+use crate::add::arguments::{AsStepRows, StartData, StepRows};
 use crate::add::check::{AddError, check_fields};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
@@ -120,10 +120,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// assert_eq!(buffer.unfinished_steps(1)?, Some(1));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn record<O: Scalar, G: Scalar, A: Scalar>(
-        &mut self,
-        rows: &StepRows<'_, O, G, A>,
-    ) -> Result<Recorded, AddError> {
+    pub fn record(&mut self, rows: &(impl AsStepRows + ?Sized)) -> Result<Recorded, AddError> {
+        let rows = &rows.as_step_rows();
         rows.check_lens(self.config.dims())?;
         if rows.stepped.contains(&true) {
             check_fields(&self.storage.fields, rows.fields, rows.env_index.len())?;

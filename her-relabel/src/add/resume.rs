@@ -1,6 +1,6 @@
 //! Recording on from the states in which vectorized environments are.
 
-use crate::add::arguments::{StartData, StepRows};
+use crate::add::arguments::{AsStepRows, StartData};
 use crate::add::check::AddError;
 use crate::add::record::{Recorded, RefusedRow};
 use crate::add::unfinished::are_same;
@@ -13,8 +13,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// Goes on recording from the states that the rows show, in the middle of episodes as well: in
     /// environments that were restored, in a buffer that was loaded, or after rows that were not
     /// recorded. Only the columns from `observation` to `desired_goal` and the
-    /// [numbers](StepRows::numbers) are read, in every row. [`record`](Self::record) then takes the
-    /// rows of the next steps.
+    /// [numbers](crate::StepRows::numbers) are read, in every row. [`record`](Self::record) then takes
+    /// the rows of the next steps.
     ///
     /// Where the episode under way in the buffer is in the state of the row, to the last bit of the
     /// buffer's element type, and has its goal, the episode goes on. Any other ends as truncated
@@ -43,10 +43,8 @@ impl<T: Scalar> HerBuffer<T> {
     /// assert_eq!(buffer.unfinished_steps(0)?, Some(0));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn resume<O: Scalar, G: Scalar, A: Scalar>(
-        &mut self,
-        rows: &StepRows<'_, O, G, A>,
-    ) -> Result<Recorded, AddError> {
+    pub fn resume(&mut self, rows: &(impl AsStepRows + ?Sized)) -> Result<Recorded, AddError> {
+        let rows = &rows.as_step_rows();
         let dims = self.config.dims();
         rows.check_state_lens(dims)?;
         self.check_envs(rows.env_index)?;

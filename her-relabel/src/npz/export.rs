@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::ops::Range;
 use std::path::Path;
 
+use goal_reward::Dims;
 use rawzip::time::UtcDateTime;
 use rawzip::{ZipArchiveWriter, ZipDataWriter, ZipEntryWriter};
 
@@ -16,7 +17,6 @@ use crate::npz::header::Header;
 use crate::npz::io_error;
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
-use crate::store::config::Dims;
 use crate::store::episodes::Episode;
 use crate::store::storage::Storage;
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use goal_reward::Dims;
 use rawzip::ZipArchive;
 
 use crate::add::arguments::{EpisodeData, FieldRows};
@@ -12,7 +13,6 @@ use crate::npz::array::{
 use crate::npz::{contents, io_error};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
-use crate::store::config::Dims;
 
 impl<T: Scalar> HerBuffer<T> {
     /// Adds all episodes of an archive of numpy arrays, in their order, and returns their number.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use goal_reward::GoalReward;
+use goal_reward::{Dims, GoalReward};
 use rawzip::ZipArchive;
 
 use crate::add::arguments::EpisodeData;
@@ -11,7 +11,6 @@ use crate::npz::array::{ACTIONS, Array, FLAGS, FLOATS, NpzError, OBSERVATIONS};
 use crate::npz::{contents, io_error};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
-use crate::store::config::Dims;
 
 /// The array that marks the last state of each trajectory.
 const TERMINALS: &str = "terminals";

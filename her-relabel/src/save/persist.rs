@@ -20,12 +20,14 @@
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
+use goal_reward::Dims;
+
 use crate::add::check::is_reward;
 use crate::files::{open, replace};
 use crate::save::stream::{LoadError, Source, Target, VERSIONS};
 use crate::scalar::Scalar;
 use crate::store::buffer::HerBuffer;
-use crate::store::config::{BufferConfig, Dims, MAX_TASK};
+use crate::store::config::{BufferConfig, MAX_TASK};
 use crate::store::episodes::Episodes;
 use crate::store::fields::{Field, Fields, MAX_NAME};
 use crate::store::layout::Layout;

@@ -2,24 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use goal_reward::Dims;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::store::fields::{Field, MAX_NAME};
 use crate::store::motionless::MotionlessEpisodes;
 use crate::store::priorities::{NewPriority, Priorities, is_priority};
-
-/// The lengths of a task's vectors, in elements; each at least 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Dims {
-    /// The length of an observation (without the goals).
-    pub observation: usize,
-    /// The length of an achieved or a desired goal.
-    pub goal: usize,
-    /// The length of an action.
-    pub action: usize,
-}
 
 /// Settings of a [`HerBuffer`](crate::HerBuffer), checked by
 /// [`HerBuffer::new`](crate::HerBuffer::new).

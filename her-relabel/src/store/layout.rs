@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use crate::store::config::{BufferConfig, ConfigError, Dims};
+use goal_reward::Dims;
+
+use crate::store::config::{BufferConfig, ConfigError};
 
 /// The places of a stored row's parts.
 ///

@@ -115,7 +115,7 @@ fn one_round(task: Task, seed: u64, file: &Path, draws: bool) -> anyhow::Result<
         ensure!(collected.first_failure.is_none(), "{:?}", collected.first_failure);
         let snapshot = serde_json::to_vec(&collector.snapshot()?)?;
         collector.restore(&serde_json::from_slice::<Snapshot>(&snapshot)?)?;
-        buffer.resume(&collector.envs().last_step().into())?.check()?;
+        buffer.resume(collector.envs().last_step())?.check()?;
     }
     if draws {
         let env = collector.envs().env(0).context("an idle environment")?;

@@ -6,23 +6,32 @@ use crate::learn::network::pass::Pass;
 use crate::learn::network::perceptron::Network;
 use crate::learn::network::vectors::parts_mut;
 
-/// Computes the gradient of a critic's mean squared error against `targets`. Returns the error and
-/// the mean value.
-pub(super) fn regress(
-    pass: &mut Pass,
-    critic: &Network,
-    batch: Transitions<'_>,
-    targets: &[f32],
-    gradient: &mut [f32],
-) -> (f32, f32) {
-    let share = batch.share();
-    let values = pass.run_joined(critic, batch.input, batch.action);
-    let value = values.iter().sum::<f32>() * share;
-    let errors = values.iter().zip(targets).map(|(value, target)| value - target);
-    let loss = errors.map(|error| error * error).sum::<f32>() * share;
-    let slope = |row: usize, value: f32| 2.0 * share * (value - targets[row]);
-    pass.backward(critic, slope, Some(gradient), 0);
-    (loss, value)
+impl Transitions<'_> {
+    /// Returns what a critic learns, `(len)`: the reward plus the discounted value of the next state.
+    pub fn targets(&self, next_values: impl IntoIterator<Item = f32>) -> impl Iterator<Item = f32> {
+        let rows = self.reward.iter().zip(self.discount).zip(next_values);
+        rows.map(|((reward, discount), value)| reward + discount * value)
+    }
+
+    /// Writes the gradient of a critic's mean squared error against `targets`, which has a number for
+    /// each parameter. The critic takes an input joined with an action. Returns the error and the mean
+    /// value.
+    pub fn regress(
+        &self,
+        pass: &mut Pass,
+        critic: &Network,
+        targets: &[f32],
+        gradient: &mut [f32],
+    ) -> [f32; 2] {
+        let share = self.share();
+        let values = pass.run_joined(critic, self.input, self.action);
+        let value = values.iter().sum::<f32>() * share;
+        let errors = values.iter().zip(targets).map(|(value, target)| value - target);
+        let loss = errors.map(|error| error * error).sum::<f32>() * share;
+        let slope = |row: usize, value: f32| 2.0 * share * (value - targets[row]);
+        pass.backward(critic, slope, Some(gradient), 0);
+        [loss, value]
+    }
 }
 
 /// The gradients of an update and then the losses, in one vector that processes average.

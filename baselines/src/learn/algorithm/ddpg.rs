@@ -1,9 +1,6 @@
 //! Deep deterministic policy gradient.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
-use super::critic::{Gradients, debug_settings, regress};
+use super::critic::{Gradients, debug_settings};
 use super::interface::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
 use crate::learn::error::TrainError;
 use crate::learn::network::adam::Trained;
@@ -65,8 +62,8 @@ impl Ddpg {
         settings.check()?;
         init.check()?;
         let clipped = init.return_bounds(settings.gamma);
-        let AlgorithmInit { num_inputs, num_actions, seed, .. } = init;
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let AlgorithmInit { num_inputs, num_actions, .. } = init;
+        let mut rng = init.weights_rng();
         let DdpgSettings { hidden, layer_norm, last_layer_scale, .. } = &settings;
         let actor = Shape::new(num_inputs, hidden, num_actions, false);
         let actor = Network::init(actor, *last_layer_scale, &mut rng);
@@ -114,7 +111,7 @@ impl Algorithm for Ddpg {
         let Self { settings, networks, gradients, critic_work, actor_work, .. } = self;
         let (target_bounds, num_updates) = (self.target_bounds, &mut self.num_updates);
         let [critic_gradient, actor_gradient, losses] = gradients.parts_mut();
-        let ((critic_loss, value), actor_loss) = rayon::join(
+        let ([critic_loss, value], actor_loss) = rayon::join(
             || networks.critic_gradient(batch, target_bounds, critic_work, critic_gradient),
             || networks.actor_gradient(batch, settings, actor_work, actor_gradient),
         );
@@ -181,15 +178,14 @@ impl Networks {
         [lowest, highest]: [f32; 2],
         work: &mut Work,
         gradient: &mut [f32],
-    ) -> (f32, f32) {
+    ) -> [f32; 2] {
         let Work { actor, critic, actions, targets, .. } = work;
         act(actor, &self.target_actor, batch.next_actor_input, actions);
         let values = critic.run_joined(&self.target_critic, batch.next_input, actions);
-        let rows = batch.reward.iter().zip(batch.discount).zip(values);
         targets.clear();
-        let target = |((reward, discount), value)| reward + discount * value;
-        targets.extend(rows.map(|row| target(row).clamp(lowest, highest)));
-        regress(critic, &self.critic.network, batch, targets, gradient)
+        let all = batch.targets(values.iter().copied());
+        targets.extend(all.map(|target| target.clamp(lowest, highest)));
+        batch.regress(critic, &self.critic.network, targets, gradient)
     }
 
     /// Computes the gradient of the actor's loss: the negative mean value of its actions times

@@ -3,6 +3,8 @@
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::learn::error::TrainError;
@@ -170,6 +172,22 @@ pub struct AlgorithmInit {
 }
 
 impl AlgorithmInit {
+    /// Returns the random numbers of the first weights, the same in all processes.
+    #[must_use]
+    pub fn weights_rng(&self) -> ChaCha8Rng {
+        ChaCha8Rng::seed_from_u64(self.seed)
+    }
+
+    /// Returns the random numbers of noise that this process draws for itself. `number` is from 1 to
+    /// 2^48 - 1, such as that of an update; each one has its own.
+    #[must_use]
+    pub fn noise_rng(&self, number: u64) -> ChaCha8Rng {
+        // Stream 0 has drawn the first weights.
+        let mut rng = self.weights_rng();
+        rng.set_stream((self.rank as u64) << 48 | number);
+        rng
+    }
+
     /// Checks the lengths and the bounds.
     pub(super) fn check(&self) -> Result<(), TrainError> {
         check_range!(self.num_inputs, "num_inputs", 1..=16_384)?;

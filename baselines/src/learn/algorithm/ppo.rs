@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use rand::{SeedableRng, seq::SliceRandom};
-use rand_chacha::ChaCha8Rng;
+use rand::seq::SliceRandom;
 
 use super::clipped::{Steps, log_density};
 use super::critic::{Gradients, debug_settings};
@@ -44,8 +43,7 @@ pub struct Ppo {
     batch: Steps,
     diagnostics: Diagnostics,
     num_updates: u64,
-    seed: u64,
-    rank: usize,
+    init: AlgorithmInit,
 }
 
 debug_settings!(Ppo);
@@ -74,8 +72,8 @@ impl Ppo {
     pub fn new(settings: PpoSettings, init: AlgorithmInit) -> Result<Self, TrainError> {
         settings.check()?;
         init.check()?;
-        let AlgorithmInit { num_inputs, num_actions, seed, rank, .. } = init;
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let AlgorithmInit { num_inputs, num_actions, .. } = init;
+        let mut rng = init.weights_rng();
         let PpoSettings { hidden, last_layer_scale, learning_rate, initial_std, .. } = &settings;
         let actor = Shape::new(num_inputs, hidden, num_actions, false);
         let actor = Network::init(actor, *last_layer_scale, &mut rng);
@@ -95,8 +93,7 @@ impl Ppo {
             diagnostics: Diagnostics::default(),
             settings,
             num_updates: 0,
-            seed,
-            rank,
+            init,
         })
     }
 
@@ -194,9 +191,7 @@ impl Algorithm for Ppo {
     fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
         self.prepare(batch);
         self.num_updates += 1;
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        // Stream 0 has drawn the first weights.
-        rng.set_stream((self.rank as u64) << 48 | self.num_updates);
+        let mut rng = self.init.noise_rng(self.num_updates);
         let mut order: Vec<usize> = (0..batch.len).collect();
         let PpoSettings { epochs, minibatches, target_kl, .. } = self.settings;
         let most_kl = target_kl.map_or(f32::INFINITY, |kl| 1.5 * kl);

@@ -1,9 +1,8 @@
 //! Soft actor-critic.
 
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use rand::Rng;
 
-use super::critic::{Gradients, debug_settings, regress};
+use super::critic::{Gradients, debug_settings};
 use super::interface::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
 use super::sampled::{Sampled, clamp_log_std};
 use crate::learn::error::TrainError;
@@ -30,8 +29,7 @@ pub struct Sac {
     critic_work: Work,
     actor_work: Work,
     num_updates: u64,
-    seed: u64,
-    rank: usize,
+    init: AlgorithmInit,
 }
 
 struct Networks {
@@ -60,8 +58,8 @@ impl Sac {
     pub fn new(settings: SacSettings, init: AlgorithmInit) -> Result<Self, TrainError> {
         settings.check()?;
         init.check()?;
-        let AlgorithmInit { num_inputs, num_actions, seed, rank, .. } = init;
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let AlgorithmInit { num_inputs, num_actions, .. } = init;
+        let mut rng = init.weights_rng();
         let SacSettings { hidden, layer_norm, last_layer_scale, learning_rate, .. } = &settings;
         let actor = Shape::new(num_inputs, hidden, 2 * num_actions, false);
         let actor = Network::init(actor, *last_layer_scale, &mut rng);
@@ -81,8 +79,7 @@ impl Sac {
             actor_work: Work::default(),
             settings,
             num_updates: 0,
-            seed,
-            rank,
+            init,
         })
     }
 }
@@ -112,24 +109,19 @@ impl Algorithm for Sac {
     }
 
     fn update(&mut self, batch: Transitions<'_>, average: &mut dyn FnMut(&mut [f32])) -> Losses {
-        let Self { settings, networks, gradients, critic_work, actor_work, seed, rank, .. } = self;
+        let Self { settings, networks, gradients, critic_work, actor_work, init, .. } = self;
         self.num_updates += 1;
         let num_updates = self.num_updates;
         let temperature = libm::expf(self.log_temperature[0]);
-        // Stream 0 has drawn the first weights.
-        let first_stream = ((*rank as u64) << 48) | (2 * num_updates);
-        let noise = |branch: u64| {
-            let mut rng = ChaCha8Rng::seed_from_u64(*seed);
-            rng.set_stream(first_stream + branch);
-            rng
-        };
+        let [critic_noise, actor_noise] =
+            [0, 1].map(|branch| init.noise_rng(2 * num_updates + branch));
         let [first, second, actor_gradient, losses] = gradients.parts_mut();
         let ((critic_loss, values), (actor_loss, log_density)) = rayon::join(
             || {
                 let gradients = [first, second];
-                networks.critic_gradients(batch, temperature, noise(0), critic_work, gradients)
+                networks.critic_gradients(batch, temperature, critic_noise, critic_work, gradients)
             },
-            || networks.actor_gradient(batch, temperature, noise(1), actor_work, actor_gradient),
+            || networks.actor_gradient(batch, temperature, actor_noise, actor_work, actor_gradient),
         );
         let value = 0.5 * values[0] + 0.5 * values[1];
         let target = critic_work.targets.iter().sum::<f32>() * batch.share();
@@ -222,14 +214,13 @@ impl Networks {
         let second_values = second.run_joined(&self.targets[1], inputs, &sample.actions);
         let values = first_values.iter().zip(second_values).zip(&sample.log_densities);
         let values = values.map(|((first, second), log)| first.min(*second) - temperature * log);
-        let rows = batch.reward.iter().zip(batch.discount).zip(values);
         targets.clear();
-        targets.extend(rows.map(|((reward, discount), value)| reward + discount * value));
+        targets.extend(batch.targets(values));
 
         let [one, other] = gradients;
-        let one = regress(first, &self.critics[0].network, batch, targets, one);
-        let other = regress(second, &self.critics[1].network, batch, targets, other);
-        (one.0 + other.0, [one.1, other.1])
+        let one = batch.regress(first, &self.critics[0].network, targets, one);
+        let other = batch.regress(second, &self.critics[1].network, targets, other);
+        (one[0] + other[0], [one[1], other[1]])
     }
 
     /// Computes the gradient of the actor's loss: the mean of the temperature times the logarithm

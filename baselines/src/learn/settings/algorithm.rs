@@ -1,9 +1,10 @@
 //! The settings of the algorithms.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
 
 use super::range::ranged_settings;
+use crate::learn::error::TrainError;
 
 /// An algorithm and its settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +23,27 @@ pub enum AlgorithmSettings {
 }
 
 impl AlgorithmSettings {
+    /// Returns the settings of your own algorithm as [`Other`](Self::Other).
+    ///
+    /// # Errors
+    /// [`TrainError::Algorithm`] if they can not be serialized.
+    pub fn other(settings: &impl Serialize) -> Result<Self, TrainError> {
+        let value = serde_json::to_value(settings);
+        value.map(Self::Other).map_err(|error| TrainError::Algorithm(error.into()))
+    }
+
+    /// Returns the settings of your own algorithm, to build it.
+    ///
+    /// # Errors
+    /// [`TrainError::Algorithm`] if these are the settings of another.
+    pub fn read_other<S: DeserializeOwned>(&self) -> Result<S, TrainError> {
+        let Self::Other(value) = self else {
+            let error = format!("its settings are those of {}", self.name());
+            return Err(TrainError::Algorithm(error.into()));
+        };
+        S::deserialize(value).map_err(|error| TrainError::Algorithm(error.into()))
+    }
+
     /// Returns the name of the variant: `ddpg`, `sac`, `ppo` or `other`.
     #[must_use]
     pub const fn name(&self) -> &'static str {

@@ -20,9 +20,9 @@ fn batch() -> Result<Batch<f32>> {
     let mut buffer = HerBuffer::<f64>::new(BufferConfig::new(1000, dims).with_num_envs(2))?;
     let envs = [make_kinematic("FetchPush-v4")?, make_kinematic("FetchPush-v4")?];
     let mut envs = VecEnv::new(envs, VecConfig::default())?;
-    buffer.record(&envs.reset(Some(0))?.into())?.check()?;
+    buffer.record(envs.reset(Some(0))?)?.check()?;
     for _ in 0..50 {
-        buffer.record(&envs.step(&[0.5, 0.1, -0.2, 0.0, -0.5, 0.3, 0.1, 1.0])?.into())?.check()?;
+        buffer.record(envs.step(&[0.5, 0.1, -0.2, 0.0, -0.5, 0.3, 0.1, 1.0])?)?.check()?;
     }
     let sampler = Sampler::new(ROWS, GoalStrategy::Future, UnitInterval::from_k(4));
     let mut batch = Batch::new();

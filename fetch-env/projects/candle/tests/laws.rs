@@ -18,9 +18,9 @@ fn buffer() -> Result<HerBuffer<f64>> {
     let mut buffer = HerBuffer::new(BufferConfig::new(1000, DIMS).with_num_envs(2))?;
     let envs = [make_kinematic("FetchPush-v4")?, make_kinematic("FetchPush-v4")?];
     let mut envs = VecEnv::new(envs, VecConfig::default())?;
-    buffer.record(&envs.reset(Some(0))?.into())?.check()?;
+    buffer.record(envs.reset(Some(0))?)?.check()?;
     for _ in 0..50 {
-        buffer.record(&envs.step(&[0.5, 0.1, -0.2, 0.0, -0.5, 0.3, 0.1, 1.0])?.into())?.check()?;
+        buffer.record(envs.step(&[0.5, 0.1, -0.2, 0.0, -0.5, 0.3, 0.1, 1.0])?)?.check()?;
     }
     Ok(buffer)
 }

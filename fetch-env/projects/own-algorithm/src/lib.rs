@@ -9,8 +9,7 @@ use baselines::learn::network::{Network, Pass, Shape, Trained};
 use baselines::learn::{
     Algorithm, AlgorithmInit, AlgorithmSettings, Losses, StateMut, TrainError, Transitions,
 };
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
@@ -45,24 +44,12 @@ impl Default for Td3Settings {
     }
 }
 
-impl Td3Settings {
-    /// Returns these settings as the algorithm settings of a run.
-    pub fn to_algorithm(&self) -> serde_json::Result<AlgorithmSettings> {
-        serde_json::to_value(self).map(AlgorithmSettings::Other)
-    }
-}
-
 /// Builds the algorithm, for `Trainer::with_algorithm` and `Trainer::resume_with_algorithm`.
 pub fn build(
     settings: &AlgorithmSettings,
     init: AlgorithmInit,
 ) -> Result<Box<dyn Algorithm>, TrainError> {
-    let AlgorithmSettings::Other(value) = settings else {
-        return Err(TrainError::Algorithm("the settings are not TD3's".into()));
-    };
-    let settings = Td3Settings::deserialize(value);
-    let settings = settings.map_err(|error| TrainError::Algorithm(error.into()))?;
-    Ok(Box::new(Td3::new(settings, init)))
+    Ok(Box::new(Td3::new(settings.read_other()?, init)))
 }
 
 /// A network that learns, and the target network that follows it.
@@ -75,22 +62,15 @@ struct Learning {
 }
 
 impl Learning {
-    fn new(shape: Shape, learning_rate: f32, rng: &mut ChaCha8Rng) -> Self {
+    fn new(shape: Shape, learning_rate: f32, rng: &mut impl Rng) -> Self {
         let gradient = vec![0.0; shape.num_parameters()];
         let target = Network::init(shape, 1.0, rng);
         let trained = Trained::new(target.clone(), learning_rate);
         Self { trained, target, pass: Pass::default(), gradient }
     }
 
-    /// Takes step `number`, counted from 1, against the gradient of a loss with these slopes with
-    /// respect to the last outputs, and lets the target follow.
-    fn step(
-        &mut self,
-        slope: impl Fn(usize, f32) -> f32,
-        average: &mut dyn FnMut(&mut [f32]),
-        number: u64,
-    ) {
-        self.pass.backward(self.trained.network(), slope, Some(&mut self.gradient), 0);
+    /// Takes step `number`, counted from 1, against the gradient, and lets the target follow.
+    fn step(&mut self, number: u64, average: &mut dyn FnMut(&mut [f32])) {
         average(&mut self.gradient);
         self.trained.step(number, 1.0, &self.gradient);
         self.target.follow(self.trained.network(), TARGET_FRACTION);
@@ -114,7 +94,7 @@ pub struct Td3 {
 impl Td3 {
     #[must_use]
     pub fn new(settings: Td3Settings, init: AlgorithmInit) -> Self {
-        let mut rng = ChaCha8Rng::seed_from_u64(init.seed);
+        let mut rng = init.weights_rng();
         let mut learning = |num_inputs: usize, num_outputs: usize| {
             let shape = Shape::new(num_inputs, &settings.hidden, num_outputs, false);
             Learning::new(shape, settings.learning_rate, &mut rng)
@@ -132,9 +112,7 @@ impl Td3 {
     /// Returns the targets of the critics: the reward plus the discounted lower value of the next
     /// state, for an action near the target actor's.
     fn targets(&mut self, batch: Transitions<'_>) -> Vec<f32> {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.init.seed);
-        // Stream 0 has drawn the first weights; each process has its own streams.
-        rng.set_stream((self.init.rank as u64) << 48 | self.num_updates);
+        let mut rng = self.init.noise_rng(self.num_updates);
         let noisy = |output: &f32| {
             let noise = TARGET_NOISE * rng.sample::<f32, _>(StandardNormal);
             (output.tanh() + noise.clamp(-TARGET_NOISE_CLIP, TARGET_NOISE_CLIP)).clamp(-1.0, 1.0)
@@ -144,9 +122,8 @@ impl Td3 {
         let actions: Vec<f32> = next.iter().map(noisy).collect();
         let values = first.pass.run_joined(&first.target, batch.next_input, &actions);
         let others = second.pass.run_joined(&second.target, batch.next_input, &actions);
-        let values = values.iter().zip(others).map(|(value, other)| value.min(*other));
-        let rows = batch.reward.iter().zip(batch.discount).zip(values);
-        rows.map(|((reward, discount), value)| reward + discount * value).collect()
+        let lower = values.iter().zip(others).map(|(value, other)| value.min(*other));
+        batch.targets(lower).collect()
     }
 }
 
@@ -166,17 +143,12 @@ impl Algorithm for Td3 {
         let share = 1.0 / batch.len as f32;
         let mut losses = Losses::default();
         for critic in &mut *critics {
-            let network = critic.trained.network();
-            let values = critic.pass.run_joined(network, batch.input, batch.action);
-            let errors: Vec<f32> =
-                values.iter().zip(&targets).map(|(value, to)| value - to).collect();
-            let squares = errors.iter().map(|error| error * error);
-            let mut means = [share * squares.sum::<f32>(), share * values.iter().sum::<f32>()];
+            let Learning { trained, pass, gradient, .. } = critic;
+            let mut means = batch.regress(pass, trained.network(), &targets, gradient);
             average(&mut means);
             losses.critic += means[0];
             losses.value += 0.5 * means[1];
-            let slope = |row, _| 2.0 * share * errors[row];
-            critic.step(slope, average, *num_updates);
+            critic.step(*num_updates, average);
         }
         if num_updates.is_multiple_of(settings.actor_interval) {
             let outputs = actor.pass.run(actor.trained.network(), batch.actor_input);
@@ -190,7 +162,8 @@ impl Algorithm for Td3 {
             let by_action =
                 critic.pass.backward(network, |_, _| -share, None, self.init.num_actions);
             let slope = |at: usize, _| by_action[at] * (1.0 - actions[at] * actions[at]);
-            actor.step(slope, average, *num_updates / settings.actor_interval);
+            actor.pass.backward(actor.trained.network(), slope, Some(&mut actor.gradient), 0);
+            actor.step(*num_updates / settings.actor_interval, average);
         }
         losses
     }

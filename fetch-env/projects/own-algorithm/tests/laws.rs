@@ -5,7 +5,7 @@ use std::error::Error;
 use std::ops::ControlFlow;
 
 use baselines::TrainedPolicy;
-use baselines::learn::{Resumed, Target, TrainError, TrainSettings, Trainer};
+use baselines::learn::{AlgorithmSettings, Resumed, Target, TrainError, TrainSettings, Trainer};
 use baselines::workers::OneProcess;
 use fetch_env::variation::{Draw, Variation};
 use fetch_env::{
@@ -23,7 +23,7 @@ fn make() -> Result<KinematicEnv, EnvError> {
 
 fn trainer(seed: u64) -> Result<Trainer<KinematicEnv>> {
     let mut settings = TrainSettings::fast(Task::Reach);
-    settings.algorithm = Td3Settings::default().to_algorithm()?;
+    settings.algorithm = AlgorithmSettings::other(&Td3Settings::default())?;
     settings.replay.batch_size = 64;
     settings.schedule.evaluation_episodes = 20;
     Ok(Trainer::with_algorithm(make, settings, seed, 1, Box::new(OneProcess), build)?)
@@ -69,7 +69,7 @@ fn it_trains_where_mass_and_friction_vary() -> Result {
     masses.dedup();
     assert_eq!(masses.len(), 10, "{masses:?}");
     let mut settings = TrainSettings::fast(Task::Push);
-    settings.algorithm = Td3Settings::default().to_algorithm()?;
+    settings.algorithm = AlgorithmSettings::other(&Td3Settings::default())?;
     settings.schedule.evaluation_episodes = 2;
     let workers = Box::new(OneProcess);
     let mut trainer = Trainer::with_algorithm(make_varied, settings, 0, 1, workers, build)?;
@@ -106,7 +106,7 @@ fn a_resumed_run_has_the_bits_of_one_that_was_never_stopped() -> Result {
 #[test]
 fn a_run_without_its_builder_or_with_other_settings_is_refused() -> Result {
     let mut settings = TrainSettings::fast(Task::Reach);
-    settings.algorithm = Td3Settings::default().to_algorithm()?;
+    settings.algorithm = AlgorithmSettings::other(&Td3Settings::default())?;
     let error = Trainer::new(make, settings.clone(), 0, 1).expect_err("nothing builds it");
     assert!(error.to_string().contains("with_algorithm"), "{error}");
     settings.algorithm = TrainSettings::fast(Task::Reach).algorithm;

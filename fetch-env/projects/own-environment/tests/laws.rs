@@ -102,10 +102,10 @@ fn recording_by_hand_stores_what_a_collector_collects() -> Result {
         let mut recorded = make_buffer()?;
         let mut envs = make_vec(autoreset)?;
         let mut forces = [0.0; 2 * NUM_ENVS];
-        recorded.record(&envs.reset(Some(1))?.into())?.check()?;
+        recorded.record(envs.reset(Some(1))?)?.check()?;
         for _ in 0..NUM_STEPS {
             TowardGoals.act_all(envs.last_step(), &mut forces);
-            recorded.record(&envs.step(&forces)?.into())?.check()?;
+            recorded.record(envs.step(&forces)?)?.check()?;
         }
         assert_eq!(recorded.len(), 2 * NUM_ENVS * LIMIT.get() as usize);
         assert_eq!(draw(&recorded)?, draw(&collected)?);

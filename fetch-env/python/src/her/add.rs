@@ -1,6 +1,8 @@
 //! Adding steps and episodes.
 
-use her_relabel::{AddError, Dims, EpisodeData, HerBuffer, StartData, StepData, StepRows};
+use her_relabel::{
+    AddError, AsStepRows, Dims, EpisodeData, HerBuffer, StartData, StepData, StepRows,
+};
 use pyo3::{prelude::*, types::PyMapping};
 
 use super::Buffer;
@@ -22,7 +24,7 @@ impl Buffer {
         self.check_transitions(envs.transitions())?;
         let mut envs = envs.lock(py)?;
         let buffer = &mut self.contents.lock(py)?.buffer;
-        let rows: StepRows<'_, _, _, _> = envs.last_step()?.into();
+        let rows = envs.last_step()?.as_step_rows();
         let fields = FieldColumns::take(buffer.config().fields(), fields, &[rows.env_index.len()])?;
         let fields = &fields.rows();
         Ok(buffer.record(&StepRows { fields, ..rows })?.check()?)
@@ -33,7 +35,7 @@ impl Buffer {
         self.check_transitions(envs.transitions())?;
         let mut envs = envs.lock(py)?;
         let mut contents = self.contents.lock(py)?;
-        Ok(contents.buffer.resume(&envs.last_step()?.into())?.check()?)
+        Ok(contents.buffer.resume(envs.last_step()?)?.check()?)
     }
 
     /// Stores a whole episode of T steps: observations (T + 1, n), achieved goals (T + 1, 3), one

@@ -1,10 +1,12 @@
 //! Goal-conditioned environments: their goals, and the rewards that follow from them.
 
-use goal_reward::{GoalError, GoalPairs, GoalReward, Symmetry};
+use goal_reward::{Dims, GoalError, GoalPairs, GoalReward, Symmetry};
 use serde::{Deserialize, Serialize};
 
+use super::action_space::ActionSpace;
 use super::{Env, observation::GoalObservation};
 use crate::gym::error::EnvError;
+use crate::gym::spaces::error::SpaceError;
 
 /// An environment whose task is to achieve a desired goal.
 ///
@@ -61,7 +63,8 @@ pub trait MovingGoal {
     fn set_desired_goal(&mut self, desired_goal: &[f64]) -> Result<(), EnvError>;
 }
 
-/// The methods of a [`GoalEnv`] that follow from its [`goal_reward`](GoalEnv::goal_reward).
+/// The methods of a [`GoalEnv`] that follow from its spaces and its
+/// [`goal_reward`](GoalEnv::goal_reward).
 ///
 /// Every [`GoalEnv`] has them; wrappers cannot forget or change one.
 ///
@@ -71,9 +74,19 @@ pub trait MovingGoal {
 /// let env = make_kinematic("FetchReach-v4")?;
 /// assert_eq!(env.compute_reward(&[0.0; 3], &[0.0, 0.0, 0.06])?, -1.0); // farther than 5 cm
 /// assert!(env.is_success(&[0.0; 3], &[0.0, 0.0, 0.04]));
+/// let dims = env.dims()?; // what a network or a replay buffer is made for
+/// assert_eq!((dims.observation, dims.goal, dims.action), (10, 3, 4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait GoalEnvExt: GoalEnv {
+    /// Returns the lengths of observations, goals and actions.
+    ///
+    /// # Errors
+    /// [`SpaceError::MissingPart`] if the observation space has no observation or no goals.
+    fn dims(&self) -> Result<Dims, SpaceError> {
+        self.observation_space().dims(self.action_space().action_len())
+    }
+
     /// Returns the reward that a step with these goals would give.
     ///
     /// # Errors

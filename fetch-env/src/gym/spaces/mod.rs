@@ -26,6 +26,7 @@ pub(crate) mod discrete;
 pub(crate) mod element;
 pub(crate) mod error;
 
+use goal_reward::Dims;
 use rand_core::Rng;
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 
@@ -114,6 +115,20 @@ impl Space {
             Self::Dict(space) => Some(space),
             _ => None,
         }
+    }
+
+    /// Returns the lengths of observations and goals if this is the space of what a goal-conditioned
+    /// environment observes, with that of its actions.
+    ///
+    /// # Errors
+    /// [`SpaceError::MissingPart`] if the space has no observation or no goals of `f32` or `f64`.
+    pub fn dims(&self, action: usize) -> Result<Dims, SpaceError> {
+        let len = |key| {
+            let part = self.as_dict().and_then(|dict| dict.get(key));
+            let len = part.and_then(|part| f32::len_in(part).or_else(|| f64::len_in(part)));
+            len.ok_or(SpaceError::MissingPart { key, element: "f32 or f64" })
+        };
+        Ok(Dims { observation: len("observation")?, goal: len("desired_goal")?, action })
     }
 }
 

@@ -1,6 +1,6 @@
 //! The results of many environments as rows of a hindsight replay buffer, and of a network's input.
 
-use her_relabel::{RowNumbers, StateRows, StepRows};
+use her_relabel::{AsStepRows, RowNumbers, Scalar, StateRows, StepRows};
 
 use super::step::VecStep;
 use crate::gym::env::observation::GoalObservation;
@@ -15,40 +15,45 @@ use crate::gym::env::observation::GoalObservation;
 /// after that, and in a vector that was [restored](super::VecEnv::restore).
 ///
 /// ```
-/// use fetch_env::{make_kinematic_vec, vec_env::VecConfig};
-/// use her_relabel::{BufferConfig, Dims, HerBuffer};
+/// use fetch_env::{GoalEnvExt, make_kinematic_vec, vec_env::VecConfig};
+/// use her_relabel::{BufferConfig, HerBuffer};
 ///
 /// let mut envs = make_kinematic_vec("FetchPush-v4", 4, VecConfig::default())?;
-/// let dims = Dims { observation: 25, goal: 3, action: 4 };
+/// let dims = envs.env(0).ok_or("it is in flight")?.dims()?;
 /// let mut buffer = HerBuffer::<f32>::new(BufferConfig::new(10_000, dims).with_num_envs(4))?;
-/// buffer.record(&envs.reset(Some(42))?.into())?.check()?;
+/// buffer.record(envs.reset(Some(42))?)?.check()?;
 /// for _ in 0..50 {
-///     buffer.record(&envs.step(&[0.1; 4 * 4])?.into())?.check()?;
+///     buffer.record(envs.step(&[0.1; 4 * 4])?)?.check()?;
 /// }
 /// assert_eq!(buffer.len(), 4 * 50);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-impl<'a, O, I, A> From<&'a VecStep<O, I, A>> for StepRows<'a, O::Element, f64, A>
+impl<O, I, A> AsStepRows for VecStep<O, I, A>
 where
-    O: GoalObservation,
+    O: GoalObservation<Element: Scalar>,
+    A: Scalar,
 {
-    fn from(step: &'a VecStep<O, I, A>) -> Self {
-        Self {
-            env_index: step.env_index(),
-            stepped: step.stepped(),
-            started: step.started(),
-            action: step.action(),
-            reward: step.reward(),
-            next_observation: step.next_observation(),
-            next_achieved_goal: step.next_achieved_goal(),
-            next_desired_goal: step.next_desired_goal(),
-            terminated: step.terminated(),
-            truncated: step.truncated(),
-            observation: step.observation(),
-            achieved_goal: step.achieved_goal(),
-            desired_goal: step.desired_goal(),
+    type Observation = O::Element;
+    type Goal = f64;
+    type Action = A;
+
+    fn as_step_rows(&self) -> StepRows<'_, O::Element, f64, A> {
+        StepRows {
+            env_index: self.env_index(),
+            stepped: self.stepped(),
+            started: self.started(),
+            action: self.action(),
+            reward: self.reward(),
+            next_observation: self.next_observation(),
+            next_achieved_goal: self.next_achieved_goal(),
+            next_desired_goal: self.next_desired_goal(),
+            terminated: self.terminated(),
+            truncated: self.truncated(),
+            observation: self.observation(),
+            achieved_goal: self.achieved_goal(),
+            desired_goal: self.desired_goal(),
             fields: &[],
-            numbers: Some(RowNumbers { source: step.source(), number: step.number() }),
+            numbers: Some(RowNumbers { source: self.source(), number: self.number() }),
         }
     }
 }

@@ -30,6 +30,12 @@ impl<T: Clone> From<&[T]> for SharedArray<T> {
     }
 }
 
+impl<T> From<Vec<T>> for SharedArray<T> {
+    fn from(array: Vec<T>) -> Self {
+        Self(array.into())
+    }
+}
+
 /// Shows the first hundred elements: enough of a picture.
 impl<T: fmt::Debug> fmt::Debug for SharedArray<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

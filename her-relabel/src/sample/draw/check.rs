@@ -1,11 +1,10 @@
 //! The checks before a draw.
 
-use goal_reward::Symmetry;
+use goal_reward::{Dims, Symmetry};
 
 use crate::sample::error::SampleError;
 use crate::sample::settings::sampler::Sampler;
 use crate::scalar::Scalar;
-use crate::store::config::Dims;
 use crate::store::storage::Storage;
 use crate::unit_interval::UnitInterval;
 

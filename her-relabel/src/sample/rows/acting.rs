@@ -1,11 +1,11 @@
 //! The inputs of networks while acting: the same numbers as in a draw.
 
+use goal_reward::Dims;
 use thiserror::Error;
 
 use crate::sample::rows::form::Formed;
 use crate::sample::settings::inputs::{JoinedGoal, Normalizers};
 use crate::scalar::Scalar;
-use crate::store::config::Dims;
 
 /// States and their goals, for [`Normalizers::write_input`]: row-major, `n` rows each, one for each
 /// environment.

@@ -1,8 +1,9 @@
 //! The columns of a batch from one table: their memory, views of their rows, their accessors.
 
+use goal_reward::Dims;
+
 use crate::sample::error::SampleError;
 use crate::sample::settings::sampler::Sampler;
-use crate::store::config::Dims;
 use crate::store::layout::Layout;
 use crate::unit_interval::UnitInterval;
 

@@ -1,13 +1,14 @@
 //! The form in which observations and goals are written: as stored, or converted, joined, relative
 //! and normalized.
 
+use goal_reward::Dims;
+
 use crate::normalize::difference;
 use crate::normalizer::Normalizer;
 use crate::sample::error::SampleError;
 use crate::sample::rows::batch::Rows;
 use crate::sample::rows::copy::{convert_short, put_part, put_start, put_thrice, put_wide};
 use crate::scalar::Scalar;
-use crate::store::config::Dims;
 use crate::store::layout::Layout;
 
 /// Writes the parts of transitions of `S` as rows of `T`.

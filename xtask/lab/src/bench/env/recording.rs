@@ -36,7 +36,7 @@ impl Contender for Recording {
     fn work(&mut self) -> anyhow::Result<usize> {
         let mut recorded = 0;
         for batch in &self.batches {
-            recorded += self.buffer.record(&batch.into())?.recorded_steps;
+            recorded += self.buffer.record(batch)?.recorded_steps;
         }
         Ok(recorded)
     }
