@@ -122,8 +122,8 @@ fn command(args: &Args, set: &Set) -> String {
     let (id, kind, model) = (set.env_id, set.kind.name(), flag_name(*model));
     let snapshots = if *snapshots { " --format minari --snapshots" } else { "" };
     format!(
-        "cargo xtask datasets --out DIR --only {id}/{kind} --steps {steps} --seed {seed} --model \
-         {model}{snapshots}"
+        "fetch-env datasets --out DIR --only {id}/{kind} --steps {steps} --seed {seed} --model {model}\
+         {snapshots}"
     )
 }
 

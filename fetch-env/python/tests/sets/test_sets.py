@@ -1,4 +1,4 @@
-"""The sets of `cargo xtask datasets` in the folder FETCH_ENV_SETS, as others read them."""
+"""The sets of `fetch-env datasets` in the folder FETCH_ENV_SETS, as others read them."""
 
 import os
 from pathlib import Path
