@@ -14,7 +14,7 @@ use pyo3::{
 use crate::arrays::{Numbers, Shape};
 use crate::error::{Error, Result};
 use crate::integer::Integer;
-use crate::task::{AnyReward, AnyTasks, Own, OwnTask, check_factors};
+use crate::task::{AnyReward, AnyTasks, Own, OwnTask, is_of_observations};
 use crate::variation;
 
 /// The number of elements of a goal of the built-in tasks: x, y and z.
@@ -113,7 +113,6 @@ impl Config {
             config = config.with_variation(variation::variation(draws)?);
         }
         let task = task.map(OwnTask::new).transpose()?.map(Arc::new);
-        check_factors(task.as_ref(), config.variation().iter().map(|(factor, _)| factor))?;
         Ok(Self { config, id, task })
     }
 
@@ -326,6 +325,11 @@ impl Config {
     pub(crate) fn own(&self, is_together: bool) -> Option<Own> {
         let settings = self.config.distance_reward();
         self.task.clone().map(|task| Own { task, is_together, settings })
+    }
+
+    /// Whether observations may be late or noisy.
+    pub(crate) fn disturbs(&self) -> bool {
+        self.config.variation().iter().any(|(factor, _)| is_of_observations(factor))
     }
 
     /// Returns what makes environments with the settings' task. A task in Python also has their model,

@@ -1,6 +1,6 @@
 //! One environment.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
 use fetch_env::{Env as _, FetchObservation, Info, MovingGoal, SnapshotEnv, Step};
 use fetch_sim::scene_files;
@@ -18,7 +18,7 @@ use crate::exclusive::Exclusive;
 use crate::integer::Integer;
 use crate::pictures::{Pictures, camera_names};
 use crate::reset::{reset_options, seed};
-use crate::task::{self, OwnTask, Simulated};
+use crate::task::{self, Own, Simulated};
 use crate::variation::varied;
 use crate::warnings::simulate;
 
@@ -30,7 +30,7 @@ type StepTuple<'py> = (Bound<'py, PyDict>, f64, bool, bool, Bound<'py, PyDict>);
 pub(crate) struct Env {
     parts: Exclusive<Parts>,
     /// The task in Python, if there is one.
-    task: Option<Arc<OwnTask>>,
+    own: Option<Own>,
 }
 
 /// The environment and its renderer.
@@ -56,7 +56,7 @@ impl Env {
         let size = [width, height];
         let pictures = Pictures::new(env.simulator(), size, camera_name, default_camera)?;
         let parts = Exclusive::new(Parts { env: Some(env), pictures });
-        Ok(Self { parts, task: config.task.clone() })
+        Ok(Self { parts, own })
     }
 
     /// Begins an episode, and returns its first observation.
@@ -67,7 +67,7 @@ impl Env {
         seed: Option<&Bound<'py, PyAny>>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> Result<Bound<'py, PyDict>> {
-        let options = reset_options(options, self.task.as_ref())?;
+        let options = reset_options(options, self.own.as_ref())?;
         let seed = self::seed(seed)?;
         let mut parts = self.parts.lock(py)?;
         let env = parts.env()?;
@@ -120,7 +120,7 @@ impl Env {
         let goal = Numbers::take("goal", goal)?;
         if goal.shape().len() != 1 {
             let shape = goal.shape();
-            let len = self.task.as_ref().map_or(GOAL_LEN, |task| task.goal_len);
+            let len = self.own.as_ref().map_or(GOAL_LEN, |own| own.task.goal_len);
             return Err(Error::value(format!("the goal has the shape {shape:?}: pass ({len},)")));
         }
         Ok(self.parts.lock(py)?.env()?.set_desired_goal(&goal.to_double())?)
@@ -128,7 +128,7 @@ impl Env {
 
     /// Draws a goal, with which the random numbers go on.
     fn sample_goal<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<f64>>> {
-        if self.task.is_some() {
+        if self.own.is_some() {
             return Err(Error::value("a task of your own draws its goals in begin_episode()"));
         }
         Ok(PyArray1::from_slice(py, &self.parts.lock(py)?.env()?.sample_goal()?))
@@ -238,7 +238,7 @@ impl Env {
 impl Env {
     /// Raises the exception of the reward of a task in Python.
     fn check(&self) -> Result<()> {
-        self.task.as_ref().map_or(Ok(()), |task| task.check())
+        self.own.as_ref().map_or(Ok(()), |own| own.task.check())
     }
 }
 

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::reset::options_of_one;
-use crate::task::OwnTask;
+use crate::task::Own;
 
 /// A function that takes the index of an environment and the number of episodes that it has begun, and
 /// returns options of a reset or None.
@@ -17,14 +17,14 @@ pub(crate) struct EpisodeOptions(Arc<Shared>);
 struct Shared {
     function: Py<PyAny>,
     /// The task in Python, if there is one.
-    task: Option<Arc<OwnTask>>,
+    own: Option<Own>,
     /// The first error since the last [`check`](EpisodeOptions::check).
     error: Mutex<Option<Error>>,
 }
 
 impl EpisodeOptions {
-    pub(crate) fn new(function: Py<PyAny>, task: Option<Arc<OwnTask>>) -> Self {
-        Self(Arc::new(Shared { function, task, error: Mutex::default() }))
+    pub(crate) fn new(function: Py<PyAny>, own: Option<Own>) -> Self {
+        Self(Arc::new(Shared { function, own, error: Mutex::default() }))
     }
 
     /// Returns the options of an environment's next episode.
@@ -35,7 +35,7 @@ impl EpisodeOptions {
         episode: u64,
     ) -> Result<FetchResetOptions> {
         let options = self.0.function.bind(py).call1((env_index, episode))?;
-        options_of_one(&options, self.0.task.as_ref())
+        options_of_one(&options, self.0.own.as_ref())
     }
 
     /// Returns the options of an episode that begins by itself, on any thread. After an error nothing

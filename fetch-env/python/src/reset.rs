@@ -1,7 +1,5 @@
 //! The seed and the options of a reset.
 
-use std::sync::Arc;
-
 use fetch_env::FetchResetOptions;
 use pyo3::{
     prelude::*,
@@ -11,7 +9,7 @@ use pyo3::{
 use crate::arrays::PerEnv;
 use crate::config::GOAL_LEN;
 use crate::error::{Error, Result};
-use crate::task::{OwnTask, check_factors};
+use crate::task::Own;
 use crate::variation;
 
 const OPTIONS: &str = "\"desired_goal\", \"gripper_position\", \"object_height\", \
@@ -21,9 +19,9 @@ const OPTIONS: &str = "\"desired_goal\", \"gripper_position\", \"object_height\"
 /// Reads the options of a reset of one environment.
 pub(crate) fn reset_options(
     options: Option<&Bound<'_, PyDict>>,
-    task: Option<&Arc<OwnTask>>,
+    own: Option<&Own>,
 ) -> Result<FetchResetOptions> {
-    read(options, None, task).map(|mut of_each| of_each.remove(0))
+    read(options, None, own).map(|mut of_each| of_each.remove(0))
 }
 
 /// Reads the options of a reset of each environment: a dictionary with numbers for all or for each,
@@ -31,10 +29,10 @@ pub(crate) fn reset_options(
 pub(crate) fn options_of_each(
     options: Option<&Bound<'_, PyAny>>,
     num_envs: usize,
-    task: Option<&Arc<OwnTask>>,
+    own: Option<&Own>,
 ) -> Result<Vec<FetchResetOptions>> {
     let Some(options) = options.filter(|options| !options.is_none()) else {
-        return read(None, Some(num_envs), task);
+        return read(None, Some(num_envs), own);
     };
     let Ok(of_each) = options.cast::<PyList>() else {
         let one = options.cast::<PyDict>().map_err(|_| {
@@ -43,7 +41,7 @@ pub(crate) fn options_of_each(
                 Error::shown(options)
             ))
         })?;
-        return read(Some(one), Some(num_envs), task);
+        return read(Some(one), Some(num_envs), own);
     };
     if of_each.len() != num_envs {
         let len = of_each.len();
@@ -51,13 +49,13 @@ pub(crate) fn options_of_each(
             "there are options of {len} environments: pass {num_envs}"
         )));
     }
-    of_each.iter().map(|options| options_of_one(&options, task)).collect()
+    of_each.iter().map(|options| options_of_one(&options, own)).collect()
 }
 
 /// Reads a dictionary of options, or None.
 pub(crate) fn options_of_one(
     options: &Bound<'_, PyAny>,
-    task: Option<&Arc<OwnTask>>,
+    own: Option<&Own>,
 ) -> Result<FetchResetOptions> {
     if options.is_none() {
         return Ok(FetchResetOptions::default());
@@ -68,13 +66,13 @@ pub(crate) fn options_of_one(
             "the options of an environment are {shown}: pass a dictionary or None"
         ))
     })?;
-    reset_options(Some(one), task)
+    reset_options(Some(one), own)
 }
 
 fn read(
     options: Option<&Bound<'_, PyDict>>,
     num_envs: Option<usize>,
-    task: Option<&Arc<OwnTask>>,
+    own: Option<&Own>,
 ) -> Result<Vec<FetchResetOptions>> {
     let mut all = vec![FetchResetOptions::default(); num_envs.unwrap_or(1)];
     for (key, value) in options.into_iter().flatten() {
@@ -89,7 +87,7 @@ fn read(
             };
         match key.as_str() {
             "desired_goal" => {
-                let goal_len = task.map_or(GOAL_LEN, |task| task.goal_len);
+                let goal_len = own.map_or(GOAL_LEN, |own| own.task.goal_len);
                 set(&[goal_len], &|options, goal| options.with_desired_goal(goal))?;
             }
             "object_position" => {
@@ -107,7 +105,7 @@ fn read(
             }
             "variation" => {
                 for (factor, numbers) in variation::fixed(&value, num_envs)? {
-                    check_factors(task, std::iter::once(&factor))?;
+                    own.map_or(Ok(()), |own| own.check(&factor))?;
                     for (options, number) in all.iter_mut().zip(numbers) {
                         *options = std::mem::take(options).with_factor(factor.clone(), number);
                     }

@@ -1,7 +1,5 @@
 //! Many environments, stepped together.
 
-use std::sync::Arc;
-
 use fetch_env::{
     ActionSpace, BoxSpace, EnvError, FetchResetOptions, MovingGoal, make_vec_while,
     vec_env::{self, AutoresetMode, VecConfig, VecReset},
@@ -77,7 +75,7 @@ impl VecEnv {
         let vec_config =
             VecConfig::default().with_num_threads(num_threads.0).with_autoreset(autoreset);
         // The last states of episodes are gone if the same step begins the next ones.
-        let own = config.own(autoreset != AutoresetMode::SameStep);
+        let own = config.own(autoreset != AutoresetMode::SameStep && !config.disturbs());
         let (transitions, config) = (config.transitions(), config.config.clone());
         let make = |config| task::make(config, own.as_ref()).map(Simulated::time_limited);
         let mut signals = Signals::new();
@@ -88,8 +86,8 @@ impl VecEnv {
         let mut envs = envs?;
         let simulator = env(&envs, 0)?.inner().simulator();
         let pictures = Pictures::new(simulator, [width, height], camera_name, default_camera)?;
-        let task = own.as_ref().map(|own| Arc::clone(&own.task));
-        let episode_options = episode_options.map(|function| EpisodeOptions::new(function, task));
+        let episode_options =
+            episode_options.map(|function| EpisodeOptions::new(function, own.clone()));
         if let Some(options) = episode_options.clone() {
             envs.set_autoreset_start(move |env_index, episode| {
                 (None, options.choose(env_index, episode))
@@ -120,9 +118,8 @@ impl VecEnv {
         let mut parts = self.lock(py)?;
         let chosen = parts.episode_options.clone().filter(|_| options.is_none());
         let envs = parts.envs()?;
-        let task = self.own.as_ref().map(|own| &own.task);
         let options = match chosen {
-            None => options_of_each(options, envs.num_envs(), task)?,
+            None => options_of_each(options, envs.num_envs(), self.own.as_ref())?,
             Some(chosen) => {
                 let is_reset =
                     |env_index| mask.as_ref().is_none_or(|mask| mask.get(env_index) == Some(&true));

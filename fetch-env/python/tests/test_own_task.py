@@ -85,19 +85,17 @@ def trajectory(envs, steps=12):
     return numbers
 
 
+@pytest.mark.parametrize(
+    "variation",
+    [None, {"observation_noise": 0.1, "achieved_goal_noise": 0.01}, {"observation_delay": 2}],
+)
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
-def test_vectors_return_what_single_environments_do(mode):
-    single = gymnasium.make_vec(
-        ID,
-        3,
-        "sync",
-        task=Meet(),
-        max_episode_steps=5,
-        vector_kwargs={"autoreset_mode": mode},
-    )
+def test_vectors_return_what_single_environments_do(mode, variation):
+    settings = {"task": Meet(), "max_episode_steps": 5, "variation": variation}
+    single = gymnasium.make_vec(ID, 3, "sync", vector_kwargs={"autoreset_mode": mode}, **settings)
     expected = trajectory(single)
     for num_threads in (1, 2):
-        actual = trajectory(vector(num_threads=num_threads, autoreset_mode=mode))
+        actual = trajectory(vector(num_threads=num_threads, autoreset_mode=mode, **settings))
         for ours, theirs in zip(actual, expected, strict=True):
             np.testing.assert_array_equal(ours[:, : theirs.shape[1]], theirs)
 
@@ -228,8 +226,10 @@ def test_mistakes_are_named():
     )
     refused(ValueError, "unknown field `mass`", extension={"mass": 1})
     refused(ValueError, "goals", goal_len=0)
-    with pytest.raises(ValueError, match="has no observation_noise"):
-        vector(variation={"observation_noise": 0.1})
+    noise = {"variation": {"observation_noise": 0.1}}
+    with pytest.raises(ValueError, match="called for each environment alone"):
+        vector().reset(options=noise)
+    vector(variation={"observation_noise": 0.0}).reset(options=noise)
     with pytest.raises(ValueError, match="leave out model"):
         vector(model="reference")
     envs = vector(task=None)

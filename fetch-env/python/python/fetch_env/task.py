@@ -29,9 +29,9 @@ class Task(Protocol):
         envs = gymnasium.make_vec("fetch_env/FetchPickAndPlace-v4", num_envs=16, task=Lift())
 
     The methods of a vector are called once for all environments, with arrays that have a leading
-    axis of N; those of one environment with N = 1. With ``AutoresetMode.SAME_STEP``, :func:`train`
-    and :func:`evaluate` they are called for each environment, which takes longer. Exceptions reach
-    the caller as they are.
+    axis of N; those of one environment with N = 1. With ``AutoresetMode.SAME_STEP``, noise or delay
+    of observations, :func:`train` and :func:`evaluate` they are called for each environment, which
+    takes longer. Exceptions reach the caller as they are.
 
     It may also have:
 

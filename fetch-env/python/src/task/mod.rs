@@ -34,6 +34,20 @@ pub(crate) struct Own {
     pub(crate) settings: DistanceReward,
 }
 
+impl Own {
+    /// Raises an error if the task cannot have this factor in an episode: what its methods return for
+    /// many environments at once is neither late nor noisy.
+    pub(crate) fn check(&self, factor: &Factor) -> Result<()> {
+        if !self.is_together || !is_of_observations(factor) {
+            return Ok(());
+        }
+        Err(Error::value(format!(
+            "{factor}: pass variation={{\"{factor}\": 0.0}} to the vector, so that its task in Python \
+             is called for each environment alone"
+        )))
+    }
+}
+
 /// Creates an environment.
 pub(crate) fn make(config: FetchConfig, own: Option<&Own>) -> Result<Simulated, MakeError> {
     let env = FetchEnv::on_mujoco(config)?;
@@ -95,26 +109,11 @@ impl MakeEnvs for AnyTasks {
     }
 }
 
-/// Raises an error if a task in Python cannot have these factors: its methods may be called for many
-/// environments at once, and what they observe is then neither late nor noisy.
-pub(crate) fn check_factors<'a>(
-    task: Option<&Arc<OwnTask>>,
-    mut factors: impl Iterator<Item = &'a Factor>,
-) -> Result<()> {
+/// Whether a factor makes observations late or noisy.
+pub(crate) fn is_of_observations(factor: &Factor) -> bool {
     use InterfaceFactor::{ActionDelay, ActionLowPass, ActionNoise, ActionScale};
-    let is_of_actions = |factor: &InterfaceFactor| {
-        matches!(factor, ActionLowPass | ActionScale | ActionNoise | ActionDelay)
-    };
-    let is_unfit = |factor: &&Factor| match factor {
-        Factor::Interface(factor) => !is_of_actions(factor),
-        _ => false,
-    };
-    match factors.find(is_unfit).filter(|_| task.is_some()) {
-        None => Ok(()),
-        Some(factor) => Err(Error::value(format!(
-            "a task of your own has no {factor}: change observations in a wrapper"
-        ))),
-    }
+    let Factor::Interface(factor) = factor else { return false };
+    !matches!(factor, ActionLowPass | ActionScale | ActionNoise | ActionDelay)
 }
 
 /// The reward of the settings, or of a task in Python.
