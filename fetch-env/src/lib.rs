@@ -66,8 +66,7 @@
 //! - `render` (default): `RenderEnv` and observations with pictures. The first renderer loads
 //!   OpenGL; building does not need it.
 //! - `clip`: GIF, APNG and PNG files of rendered frames; with `render` also `RecordVideo`.
-//! - `her-relabel`: converts a [`VecStep`](vec_env::VecStep) to the rows that
-//!   `her_relabel::HerBuffer::record` takes.
+//! - `her-relabel`: lets `her_relabel::HerBuffer::record` take a [`VecStep`](vec_env::VecStep).
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

@@ -176,6 +176,15 @@ fn results(folder: &Path) -> Result<Results> {
     Ok((curve.join("\n"), fs::read(folder.join("policy.safetensors"))?))
 }
 
+/// Checks that a run resumes, and ends with the results of one that was not interrupted.
+fn resumes_to(out: &Path, whole: &Path) -> Result {
+    let flags = ["train", "--mpi", "--threads", "1", "--resume"];
+    let resumed = run(two_ranks().args(flags).arg(out))?;
+    assert!(resumed.succeeded, "{}", resumed.text);
+    assert!(results(out)? == results(whole)?);
+    Ok(())
+}
+
 #[test]
 fn one_rank_has_the_bits_of_a_run_without_mpi_and_two_have_theirs_again() -> Result {
     let folder = tempdir()?;
@@ -206,34 +215,33 @@ fn collected_episodes_are_the_same_on_any_number_of_ranks() -> Result {
     Ok(())
 }
 
+/// Sends a signal to a rank some time after the first checkpoint, and waits for the end of the run.
+fn signalled(flags: &str, milliseconds: u64, rank: usize, name: &str) -> Result<Ended> {
+    let folder = tempdir()?;
+    let child = start_in(&folder, flags)?;
+    thread::sleep(Duration::from_millis(milliseconds));
+    signal(&child, rank, name)?;
+    Ended::of(child)
+}
+
 #[test]
 fn a_rank_that_is_killed_while_it_collects_ends_the_run() -> Result {
-    let folder = tempdir()?;
-    let child =
-        start_in(&folder, "--steps 100000000 --set steps_per_cycle=1000 --set num_envs=400")?;
-    thread::sleep(Duration::from_millis(500));
-    signal(&child, 1, "-KILL")?;
-    Ended::of(child)?.was_killed(1);
+    let flags = "--steps 100000000 --set steps_per_cycle=1000 --set num_envs=400";
+    signalled(flags, 500, 1, "-KILL")?.was_killed(1);
     Ok(())
 }
 
 #[test]
 fn a_rank_that_is_killed_while_it_updates_ends_the_run() -> Result {
-    let folder = tempdir()?;
-    let child = start_in(&folder, "--steps 10000 --set updates_per_cycle=10000")?;
-    thread::sleep(Duration::from_millis(1_500));
-    signal(&child, 1, "-KILL")?;
-    Ended::of(child)?.was_killed(1);
+    let flags = "--steps 10000 --set updates_per_cycle=10000";
+    signalled(flags, 1_500, 1, "-KILL")?.was_killed(1);
     Ok(())
 }
 
 #[test]
 fn a_rank_that_is_killed_while_it_evaluates_ends_the_run() -> Result {
-    let folder = tempdir()?;
-    let child = start_in(&folder, "--steps 10000 --set evaluation_episodes=10000")?;
-    thread::sleep(Duration::from_millis(2_500));
-    signal(&child, 1, "-KILL")?;
-    Ended::of(child)?.was_killed(1);
+    let flags = "--steps 10000 --set evaluation_episodes=10000";
+    signalled(flags, 2_500, 1, "-KILL")?.was_killed(1);
     Ok(())
 }
 
@@ -255,11 +263,7 @@ fn a_first_rank_that_is_killed_while_it_writes_leaves_a_checkpoint_to_resume() -
     wait_for(is_writing)?;
     signal(&child, 0, "-KILL")?;
     Ended::of(child)?.was_killed(0);
-    let resumed =
-        run(two_ranks().args(["train", "--mpi", "--threads", "1", "--resume"]).arg(&out))?;
-    assert!(resumed.succeeded, "{}", resumed.text);
-    assert!(results(&out)? == results(&whole)?);
-    Ok(())
+    resumes_to(&out, &whole)
 }
 
 /// A signal to any rank stops all of them together.
@@ -280,26 +284,18 @@ fn a_signal_to_a_rank_stops_a_run_that_resumes_to_the_same_bits() -> Result {
         let is_told = lines[0].starts_with("train: stopped by SIGTERM after ")
             && lines[0].ends_with(&format!("continue it with --resume {}", out.display()));
         assert!(is_told && stopped.code == Some(143), "{}", stopped.text);
-        let resumed =
-            run(two_ranks().args(["train", "--mpi", "--threads", "1", "--resume"]).arg(&out))?;
-        assert!(resumed.succeeded, "{}", resumed.text);
-        assert!(results(&out)? == results(&whole)?);
+        resumes_to(&out, &whole)?;
     }
     Ok(())
 }
 
 #[test]
 fn a_rank_that_is_stopped_is_named() -> Result {
-    let folder = tempdir()?;
-    let child = start_in(&folder, "--steps 100000000 --wait-seconds 2")?;
-    thread::sleep(Duration::from_millis(500));
-    signal(&child, 1, "-STOP")?;
-    Ended::of(child)?.failed_with("rank 0: rank 1 has not answered for 2 s");
-    let folder = tempdir()?;
-    let child = start_in(&folder, "--steps 100000000 --wait-seconds 2")?;
-    thread::sleep(Duration::from_millis(500));
-    signal(&child, 0, "-STOP")?;
-    Ended::of(child)?.failed_with("rank 1: rank 0 has not answered for 2 s");
+    let flags = "--steps 100000000 --wait-seconds 2";
+    for (stopped, other) in [(1, 0), (0, 1)] {
+        signalled(flags, 500, stopped, "-STOP")?
+            .failed_with(&format!("rank {other}: rank {stopped} has not answered for 2 s"));
+    }
     Ok(())
 }
 
