@@ -59,7 +59,10 @@ impl Error {
     /// Returns an error with all its causes: the environment's own if that has failed, the file
     /// system's if that has, and otherwise the error of an argument.
     pub(crate) fn chain(error: impl std::error::Error + 'static) -> Self {
-        let error: &(dyn std::error::Error + 'static) = &error;
+        Self::of_chain(&error)
+    }
+
+    fn of_chain(error: &(dyn std::error::Error + 'static)) -> Self {
         let causes: Vec<_> = successors(Some(error), |cause| cause.source()).collect();
         if let Some(error) = causes.iter().find_map(|cause| cause.downcast_ref::<EnvError>()) {
             return error.clone().into();

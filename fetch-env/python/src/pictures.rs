@@ -16,6 +16,7 @@ use pyo3::{
 use crate::arrays::{Numbers, numpy};
 use crate::error::{Error, Result};
 use crate::integer::Integer;
+use crate::task::Simulated;
 
 /// The name of the camera that is not part of the model.
 pub(crate) const FREE: &str = "free";
@@ -103,10 +104,10 @@ impl Pictures {
 
     /// Draws environments: an array of `shape`, followed by height, width and the elements of a
     /// pixel.
-    pub(crate) fn draw<'py, E: RenderEnv + Sync>(
+    pub(crate) fn draw<'py>(
         &mut self,
         py: Python<'py>,
-        envs: &[&E],
+        envs: &[&Simulated],
         shape: &[usize],
         asked: &Bound<'py, PyDict>,
     ) -> Result<Bound<'py, PyAny>> {
@@ -168,12 +169,7 @@ impl Pictures {
     }
 
     /// Returns a view of these options, and keeps its renderers for the next pictures.
-    fn view<E: RenderEnv + Sync>(
-        &mut self,
-        py: Python<'_>,
-        env: &E,
-        options: RenderOptions,
-    ) -> Result<View> {
+    fn view(&mut self, py: Python<'_>, env: &Simulated, options: RenderOptions) -> Result<View> {
         let format =
             |options: &RenderOptions| (options.width(), options.height(), options.samples());
         let view = py.detach(|| View::new(env, options))?;
@@ -187,19 +183,21 @@ impl Pictures {
 }
 
 /// The environments of an array of pictures, and what is seen of them.
-struct Canvas<'a, E> {
-    envs: &'a [&'a E],
+struct Canvas<'a> {
+    envs: &'a [&'a Simulated],
     shape: &'a [usize],
     view: View,
 }
 
-impl<E: RenderEnv + Sync> Canvas<'_, E> {
+impl Canvas<'_> {
     /// Draws a row of elements for each environment, `of_pixel` for each pixel.
     fn fill<'py, T: Element>(
         &self,
         py: Python<'py>,
         of_pixel: &[usize],
-        draw: impl Fn(&E, &mut Renderer, &mut [T]) -> std::result::Result<(), EnvError> + Send + Sync,
+        draw: impl Fn(&Simulated, &mut Renderer, &mut [T]) -> std::result::Result<(), EnvError>
+        + Send
+        + Sync,
     ) -> Result<Bound<'py, PyAny>> {
         let Self { envs, shape, view } = self;
         let [height, width] = [view.options().height(), view.options().width()];

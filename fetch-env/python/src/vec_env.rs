@@ -271,7 +271,8 @@ impl VecEnv {
         let Parts { envs, pictures, .. } = &mut *self.lock(py)?;
         let envs = envs.as_ref().ok_or_else(Error::closed)?;
         let num_envs = envs.num_envs();
-        let all: Vec<_> = (0..num_envs).map(|index| env(envs, index)).collect::<Result<_>>()?;
+        let all = (0..num_envs).map(|index| Ok(env(envs, index)?.inner()));
+        let all = all.collect::<Result<Vec<_>>>()?;
         pictures.draw(py, &all, &[num_envs], asked)
     }
 
