@@ -221,7 +221,7 @@ const ON_PYTHONS: Stage = on(
         // A run without a target, which ends before it has learned the task.
         step(
             "learning to push, in part",
-            "xtask train --env-id FetchPush-v4 --steps 12000 --target 2 \
+            "xtask train --env-id FetchPush-v4 --steps 8000 --target 2 \
                  --set random_episodes=40 --out target/learn/push --overwrite",
             &[],
         ),
