@@ -12,6 +12,7 @@
 //! | to | use |
 //! |---|---|
 //! | act | a [`Policy`]: [`RandomPolicy`], [`ZeroPolicy`], [`ProportionalPolicy`], [`ScriptedPolicy`], [`TrainedPolicy`] |
+//! | act on pictures | a `PixelPolicy` |
 //! | act in many environments at once | a [`VecPolicy`] |
 //! | know how much of a task can be solved | a [`Planner`], which knows the simulator |
 //! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
@@ -84,6 +85,8 @@ pub use statistics::{Estimate, StatisticsError};
 pub use trained::{
     InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy, TrainedPolicyError,
 };
+#[cfg(all(feature = "learn", feature = "render"))]
+pub use trained::{PixelPolicy, SeenField, Sight};
 
 /// The README's example, run as a test.
 #[cfg(doctest)]

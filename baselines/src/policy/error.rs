@@ -60,6 +60,29 @@ pub enum PolicyError {
         /// The number of elements of the plan's.
         actual: usize,
     },
+    /// A [`PixelPolicy`](crate::PixelPolicy) sees pictures of another shape.
+    #[error(
+        "the policy sees pictures of height, width and channels {expected:?}, and the environment \
+         shows {actual:?}: wrap it with AddRenderObservation and the policy's own pixel options"
+    )]
+    Picture {
+        /// The shape that the policy sees.
+        expected: [usize; 3],
+        /// That of the environment's pictures; `None` without any, or with several views.
+        actual: Option<[usize; 3]>,
+    },
+    /// A [`PixelPolicy`](crate::PixelPolicy) was trained with another view.
+    #[cfg(feature = "render")]
+    #[error(
+        "the policy was trained with the view {expected:?}, not {actual:?}: show it its own pixel \
+         options"
+    )]
+    View {
+        /// The view of the policy.
+        expected: Box<fetch_env::PixelOptions>,
+        /// The other view.
+        actual: Box<fetch_env::PixelOptions>,
+    },
     /// The environment does not observe numbers and goals.
     #[error(transparent)]
     Space(#[from] SpaceError),

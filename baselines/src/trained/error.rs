@@ -72,6 +72,20 @@ pub enum TrainedPolicyError {
         /// The version that is read.
         expected: u32,
     },
+    /// The policy is of the other kind.
+    #[error("the policy sees {sees}: load it as a {load}")]
+    Kind {
+        /// What it sees.
+        sees: &'static str,
+        /// The type of such policies.
+        load: &'static str,
+    },
+    /// A [`PixelPolicy`](crate::PixelPolicy) has a network that does not fit what it sees.
+    #[error("the network does not fit what the policy sees: {reason}")]
+    Sight {
+        /// What is wrong.
+        reason: String,
+    },
     /// A tensor is missing, or has a different shape or type than the header says.
     #[error("the tensor {tensor} is {actual}: expected {expected}")]
     Tensor {

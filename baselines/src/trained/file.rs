@@ -1,7 +1,7 @@
 //! The file format of trained policies.
 
 use std::collections::HashMap;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use her_relabel::files;
@@ -15,21 +15,43 @@ const LIMIT: u64 = 64 << 20;
 /// The key of the header in the file's metadata.
 const KEY: &str = "policy";
 
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
+/// The key of what a policy sees besides numbers.
+pub(super) const SIGHT: &str = "sight";
+
+fn read(path: &Path) -> Result<Vec<u8>, Error> {
     files::read(path, LIMIT).map_err(|source| match source.kind() {
         ErrorKind::FileTooLarge => Error::TooLarge { path: path.to_owned(), limit: LIMIT },
         _ => Error::Io { path: path.to_owned(), source },
     })
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
+/// The contents of a policy's file.
+pub(super) struct Contents<'a> {
+    pub(super) header: PolicyHeader,
+    /// Further entries of the metadata.
+    pub(super) entries: HashMap<String, String>,
+    pub(super) tensors: SafeTensors<'a>,
+}
+
+/// Returns the contents of the file of a policy that sees pictures, or of one that does not.
+pub(super) fn open(bytes: &[u8], sees_pictures: bool) -> Result<Contents<'_>, Error> {
     let format = |error: SafeTensorError| Error::Format { reason: error.to_string() };
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(format)?;
     let tensors = SafeTensors::deserialize(bytes).map_err(format)?;
-    let text = metadata.metadata().as_ref().and_then(|entries| entries.get(KEY));
+    let mut entries = metadata.metadata().clone().unwrap_or_default();
+    let text = entries.remove(KEY);
     let text = text.ok_or_else(|| Error::Header { reason: "it is missing".to_owned() })?;
     let header: PolicyHeader = serde_json::from_slice(text.as_bytes())
         .map_err(|error| Error::Header { reason: error.to_string() })?;
+    match (entries.contains_key(SIGHT), sees_pictures) {
+        (true, false) => Err(Error::Kind { sees: "pictures", load: "PixelPolicy" }),
+        (false, true) => Err(Error::Kind { sees: "no pictures", load: "TrainedPolicy" }),
+        _ => Ok(Contents { header, entries, tensors }),
+    }
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
+    let Contents { header, tensors, .. } = open(bytes, false)?;
     let num_layers = tensors.len() / 2;
     let layers = (0..num_layers).map(|number| {
         let (weight, bias) = (name(number, "weight"), name(number, "bias"));
@@ -43,17 +65,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
     });
     let layers = layers.collect::<Result<Vec<_>, _>>()?;
     if tensors.len() != 2 * num_layers {
-        return Err(Error::Format { reason: "it has tensors that belong to no layer".to_owned() });
+        return Err(surplus());
     }
     TrainedPolicy::new(header, &layers)
 }
 
 /// Returns the contents of a file, which can be loaded.
 pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
-    policy.header.check()?;
-    let failed = |reason: String| Error::Format { reason };
-    let header =
-        serde_json::to_string(&policy.header).map_err(|error| failed(error.to_string()))?;
     let mut tensors = Vec::new();
     for (number, layer) in policy.layers.iter().enumerate() {
         let LayerWeights { num_inputs, weights, biases } = layer;
@@ -61,14 +79,47 @@ pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
         tensors.push((name(number, "weight"), shape, weights.as_slice()));
         tensors.push((name(number, "bias"), vec![biases.len()], biases));
     }
-    let metadata = HashMap::from([(KEY.to_owned(), header)]);
-    let bytes = to_bytes(tensors, Some(metadata)).map_err(|error| failed(error.to_string()))?;
-    if bytes.len() as u64 > LIMIT {
-        return Err(Error::Size { actual: bytes.len() as u64, limit: LIMIT });
-    }
+    let bytes = close(&policy.header, HashMap::new(), tensors)?;
     // JSON can be written that is not read, such as settings that are nested deeply.
     decode(&bytes)?;
     Ok(bytes)
+}
+
+/// Returns a policy's file.
+pub(super) fn close(
+    header: &PolicyHeader,
+    mut entries: HashMap<String, String>,
+    tensors: Vec<(String, Vec<usize>, &[f32])>,
+) -> Result<Vec<u8>, Error> {
+    header.check()?;
+    let failed = |reason: String| Error::Format { reason };
+    let header = serde_json::to_string(header).map_err(|error| failed(error.to_string()))?;
+    entries.insert(KEY.to_owned(), header);
+    let bytes = to_bytes(tensors, Some(entries)).map_err(|error| failed(error.to_string()))?;
+    if bytes.len() as u64 > LIMIT {
+        return Err(Error::Size { actual: bytes.len() as u64, limit: LIMIT });
+    }
+    Ok(bytes)
+}
+
+/// Writes a policy's file, which appears whole or not at all.
+pub(super) fn save(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    files::replace(path, |file| file.write_all(bytes))
+        .map_err(|source| Error::Write { path: path.to_owned(), source })
+}
+
+/// Reads a policy's file and decodes it.
+pub(super) fn load<P>(
+    path: &Path,
+    decode: impl FnOnce(&[u8]) -> Result<P, Error>,
+) -> Result<P, Error> {
+    decode(&read(path)?)
+        .map_err(|error| Error::Contents { path: path.to_owned(), source: Box::new(error) })
+}
+
+/// The error of a file with tensors that no layer has.
+pub(super) fn surplus() -> Error {
+    Error::Format { reason: "it has tensors that belong to no layer".to_owned() }
 }
 
 /// Returns a safetensors file of tensors, each with its name and its shape.
@@ -96,21 +147,33 @@ pub(super) fn name(layer: usize, part: &str) -> String {
     format!("layers.{layer}.{part}")
 }
 
-/// Returns the shape and the numbers of a tensor.
+/// Returns the shape and the numbers of a tensor with `N` dimensions.
 fn tensor<const N: usize>(
     tensors: &SafeTensors<'_>,
     name: &str,
 ) -> Result<([usize; N], Vec<f32>), Error> {
+    let (shape, numbers) = numbers(tensors, name)?;
+    let shape = shape.try_into().map_err(|shape| Error::Tensor {
+        tensor: name.to_owned(),
+        actual: format!("of the shape {shape:?}"),
+        expected: format!("{N} dimensions"),
+    })?;
+    Ok((shape, numbers))
+}
+
+/// Returns the shape and the numbers of a tensor.
+pub(super) fn numbers(
+    tensors: &SafeTensors<'_>,
+    name: &str,
+) -> Result<(Vec<usize>, Vec<f32>), Error> {
     let wrong = |actual: String| Error::Tensor {
         tensor: name.to_owned(),
         actual,
-        expected: format!("of the type F32, with {N} dimensions"),
+        expected: "of the type F32".to_owned(),
     };
     let view = tensors.tensor(name).map_err(|_| wrong("missing".to_owned()))?;
-    match (view.dtype(), <[usize; N]>::try_from(view.shape())) {
-        (Dtype::F32, Ok(shape)) => Ok((shape, from_bytes(view.data()).collect())),
-        (dtype, _) => {
-            Err(wrong(format!("of the type {dtype:?}, with the shape {:?}", view.shape())))
-        }
+    match view.dtype() {
+        Dtype::F32 => Ok((view.shape().to_vec(), from_bytes(view.data()).collect())),
+        dtype => Err(wrong(format!("of the type {dtype:?}"))),
     }
 }

@@ -1,9 +1,10 @@
 //! The header of a trained policy.
 
-use her_relabel::Normalizer;
+use her_relabel::{Normalizer, Scalar, StateRows};
 use serde::{Deserialize, Serialize};
 
 use super::error::TrainedPolicyError;
+use crate::policy::PolicyError;
 use crate::statistics::Estimate;
 
 /// What a trained policy was trained for, and how.
@@ -109,5 +110,109 @@ impl PolicyHeader {
             }
         };
         self.inputs.iter().map(len).fold(0, usize::saturating_add)
+    }
+
+    /// Checks that an environment has the lengths that the policy was trained with: of observations,
+    /// goals and actions.
+    pub(super) fn check_lengths(&self, actual: [usize; 3]) -> Result<(), PolicyError> {
+        let expected = [self.observation_len, self.goal_len, self.action_len];
+        if actual == expected {
+            return Ok(());
+        }
+        Err(PolicyError::Trained { env_id: self.env_id.clone(), expected, actual })
+    }
+
+    /// Checks that states are as many rows as the actions, and that their numbers are finite.
+    /// Returns the number of rows.
+    pub(super) fn check_rows<S: Scalar>(
+        &self,
+        states: &StateRows<'_, S, f64>,
+        actions_len: usize,
+    ) -> Result<usize, TrainedPolicyError> {
+        let Self { observation_len, goal_len, action_len, .. } = *self;
+        let StateRows { observation, achieved_goal, desired_goal } = *states;
+        let rows = actions_len / action_len;
+        for (what, actual, len) in [
+            ("actions", actions_len, action_len),
+            ("observations", observation.len(), observation_len),
+            ("achieved goals", achieved_goal.len(), goal_len),
+            ("desired goals", desired_goal.len(), goal_len),
+        ] {
+            if rows.checked_mul(len) != Some(actual) {
+                return Err(TrainedPolicyError::Rows { what, actual, rows, len });
+            }
+        }
+        check_finite("observation", observation, observation_len)?;
+        check_finite("achieved_goal", achieved_goal, goal_len)?;
+        check_finite("desired_goal", desired_goal, goal_len)?;
+        Ok(rows)
+    }
+
+    /// Returns one of the rows of states whose lengths were checked.
+    pub(super) fn row<'a, S>(
+        &self,
+        states: &StateRows<'a, S, f64>,
+        row: usize,
+    ) -> StateRows<'a, S, f64> {
+        let Self { observation_len, goal_len, .. } = *self;
+        StateRows {
+            observation: &states.observation[row * observation_len..][..observation_len],
+            achieved_goal: &states.achieved_goal[row * goal_len..][..goal_len],
+            desired_goal: &states.desired_goal[row * goal_len..][..goal_len],
+        }
+    }
+
+    /// Appends the network's input for a state whose lengths and numbers were checked. `way` is
+    /// memory.
+    pub(super) fn push_inputs<S: Scalar>(
+        &self,
+        observation: &[S],
+        achieved_goal: &[f64],
+        desired_goal: &[f64],
+        way: &mut Vec<f64>,
+        inputs: &mut Vec<f32>,
+    ) {
+        let goal_scale = self.goal_normalizer.as_ref();
+        for part in &self.inputs {
+            match part {
+                InputPart::Observation => {
+                    push_normalized(self.observation_normalizer.as_ref(), observation, inputs);
+                }
+                InputPart::AchievedGoal => push_normalized(goal_scale, achieved_goal, inputs),
+                InputPart::DesiredGoal => push_normalized(goal_scale, desired_goal, inputs),
+                InputPart::RelativeGoal => {
+                    let pairs = desired_goal.iter().zip(achieved_goal);
+                    way.clear();
+                    way.extend(pairs.map(|(desired, achieved)| desired - achieved));
+                    push_normalized(goal_scale, way, inputs);
+                }
+            }
+        }
+    }
+}
+
+/// Checks that each number of rows of `len` is finite in `f32`, in which networks compute.
+fn check_finite<S: Scalar>(
+    part: &'static str,
+    numbers: &[S],
+    len: usize,
+) -> Result<(), TrainedPolicyError> {
+    let is_bad = |number: &S| !(number.to_f64() as f32).is_finite();
+    match numbers.iter().position(is_bad) {
+        None => Ok(()),
+        Some(at) => {
+            let (row, index, value) = (at / len, at % len, numbers[at].to_f64());
+            Err(TrainedPolicyError::StateNotFinite { part, row, index, value })
+        }
+    }
+}
+
+/// Appends numbers to an input, normalized if the policy has a normalizer for them.
+fn push_normalized<S: Scalar>(scale: Option<&Normalizer>, numbers: &[S], input: &mut Vec<f32>) {
+    let start = input.len();
+    input.extend(numbers.iter().map(|number| number.to_f64() as f32));
+    if let Some(scale) = scale {
+        // Lengths and numbers were checked.
+        let _ = scale.normalize_into(numbers, &mut input[start..]);
     }
 }

@@ -3,17 +3,22 @@
 pub(crate) mod error;
 pub(crate) mod file;
 mod header;
+#[cfg(all(feature = "learn", feature = "render"))]
+mod pixel_file;
+#[cfg(all(feature = "learn", feature = "render"))]
+mod pixels;
 mod shipped;
 
-use std::io::Write;
 use std::mem;
 use std::path::Path;
 
 use fetch_env::{GoalObservation, Space, vec_env::VecStep};
-use her_relabel::{Normalizer, Scalar, StateRows, files};
+use her_relabel::{Scalar, StateRows};
 
 pub use error::TrainedPolicyError;
 pub use header::{InputPart, PolicyHeader, SuccessRate};
+#[cfg(all(feature = "learn", feature = "render"))]
+pub use pixels::{PixelPolicy, SeenField, Sight};
 
 use crate::dims::lengths_of;
 use crate::policy::{Policy, PolicyError, VecPolicy};
@@ -92,11 +97,7 @@ impl TrainedPolicy {
     /// # Errors
     /// [`TrainedPolicyError`] if the file cannot be read, is damaged, or is not a policy.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, TrainedPolicyError> {
-        let path = path.as_ref();
-        Self::from_bytes(&file::read(path)?).map_err(|error| TrainedPolicyError::Contents {
-            path: path.to_owned(),
-            source: Box::new(error),
-        })
+        file::load(path.as_ref(), Self::from_bytes)
     }
 
     /// Creates a policy from the contents of a file.
@@ -122,9 +123,7 @@ impl TrainedPolicy {
     /// # Errors
     /// [`TrainedPolicyError::Write`], and those of [`to_bytes`](Self::to_bytes).
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), TrainedPolicyError> {
-        let (path, bytes) = (path.as_ref(), self.to_bytes()?);
-        files::replace(path, |file| file.write_all(&bytes))
-            .map_err(|source| TrainedPolicyError::Write { path: path.to_owned(), source })
+        file::save(path.as_ref(), &self.to_bytes()?)
     }
 
     /// Returns how the policy was trained, and for what.
@@ -157,13 +156,7 @@ impl TrainedPolicy {
         goal: usize,
         action: usize,
     ) -> Result<(), PolicyError> {
-        let PolicyHeader { observation_len, goal_len, action_len, env_id, .. } = &self.header;
-        let expected = [*observation_len, *goal_len, *action_len];
-        let actual = [observation, goal, action];
-        if actual == expected {
-            return Ok(());
-        }
-        Err(PolicyError::Trained { env_id: env_id.clone(), expected, actual })
+        self.header.check_lengths([observation, goal, action])
     }
 
     /// Writes the greedy actions for states, row after row: `action_len` numbers for each.
@@ -190,20 +183,7 @@ impl TrainedPolicy {
     ) -> Result<(), TrainedPolicyError> {
         let PolicyHeader { observation_len, goal_len, action_len, .. } = self.header;
         let StateRows { observation, achieved_goal, desired_goal } = *states;
-        let rows = actions.len() / action_len;
-        for (what, actual, len) in [
-            ("actions", actions.len(), action_len),
-            ("observations", observation.len(), observation_len),
-            ("achieved goals", achieved_goal.len(), goal_len),
-            ("desired goals", desired_goal.len(), goal_len),
-        ] {
-            if rows.checked_mul(len) != Some(actual) {
-                return Err(TrainedPolicyError::Rows { what, actual, rows, len });
-            }
-        }
-        check_finite("observation", observation, observation_len)?;
-        check_finite("achieved_goal", achieved_goal, goal_len)?;
-        check_finite("desired_goal", desired_goal, goal_len)?;
+        self.header.check_rows(states, actions.len())?;
         let goals = achieved_goal.chunks_exact(goal_len).zip(desired_goal.chunks_exact(goal_len));
         let states = observation.chunks_exact(observation_len).zip(goals);
         for ((observation, (achieved, desired)), action) in
@@ -247,22 +227,7 @@ impl TrainedPolicy {
     ) {
         let Self { header, layers, work: Work { way, inputs, outputs } } = self;
         inputs.clear();
-        let goal_scale = header.goal_normalizer.as_ref();
-        for part in &header.inputs {
-            match part {
-                InputPart::Observation => {
-                    push_normalized(header.observation_normalizer.as_ref(), observation, inputs);
-                }
-                InputPart::AchievedGoal => push_normalized(goal_scale, achieved_goal, inputs),
-                InputPart::DesiredGoal => push_normalized(goal_scale, desired_goal, inputs),
-                InputPart::RelativeGoal => {
-                    let pairs = desired_goal.iter().zip(achieved_goal);
-                    way.clear();
-                    way.extend(pairs.map(|(desired, achieved)| desired - achieved));
-                    push_normalized(goal_scale, way, inputs);
-                }
-            }
-        }
+        header.push_inputs(observation, achieved_goal, desired_goal, way, inputs);
         let last = layers.len() - 1;
         for (number, layer) in layers.iter().enumerate() {
             layer.write_outputs(inputs, outputs);
@@ -312,32 +277,6 @@ impl LayerWeights {
     }
 }
 
-/// Checks that each number of rows of `len` is finite in `f32`, in which networks compute.
-fn check_finite<S: Scalar>(
-    part: &'static str,
-    numbers: &[S],
-    len: usize,
-) -> Result<(), TrainedPolicyError> {
-    let is_bad = |number: &S| !(number.to_f64() as f32).is_finite();
-    match numbers.iter().position(is_bad) {
-        None => Ok(()),
-        Some(at) => {
-            let (row, index, value) = (at / len, at % len, numbers[at].to_f64());
-            Err(TrainedPolicyError::StateNotFinite { part, row, index, value })
-        }
-    }
-}
-
-/// Appends numbers to an input, normalized if the policy has a normalizer for them.
-fn push_normalized<S: Scalar>(scale: Option<&Normalizer>, numbers: &[S], input: &mut Vec<f32>) {
-    let start = input.len();
-    input.extend(numbers.iter().map(|number| number.to_f64() as f32));
-    if let Some(scale) = scale {
-        // Lengths and numbers were checked.
-        let _ = scale.normalize_into(numbers, &mut input[start..]);
-    }
-}
-
 impl<O: GoalObservation<Element: Scalar>> Policy<O> for TrainedPolicy {
     fn check_spaces(
         &self,
@@ -373,14 +312,10 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for TrainedPolicy {
             Ok(()) => {}
             // The other rows still act.
             Err(TrainedPolicyError::StateNotFinite { .. }) => {
-                let PolicyHeader { observation_len, goal_len, action_len, .. } = self.header;
-                for (row, action) in actions.chunks_exact_mut(action_len).enumerate() {
-                    self.act_on(
-                        &states.observation[row * observation_len..][..observation_len],
-                        &states.achieved_goal[row * goal_len..][..goal_len],
-                        &states.desired_goal[row * goal_len..][..goal_len],
-                        action,
-                    );
+                for (row, action) in actions.chunks_exact_mut(self.header.action_len).enumerate() {
+                    let StateRows { observation, achieved_goal, desired_goal } =
+                        self.header.row(&states, row);
+                    self.act_on(observation, achieved_goal, desired_goal, action);
                 }
             }
             Err(_) => actions.fill(f32::NAN),

@@ -7,6 +7,7 @@ mod evaluating;
 mod folders;
 mod noise;
 mod offline;
+mod pictures;
 #[cfg(feature = "runs")]
 mod plans;
 mod ppo;

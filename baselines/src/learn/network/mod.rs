@@ -1,4 +1,5 @@
-//! Small multilayer perceptrons in `f32`: passes through them, their gradients, and an optimizer.
+//! Small networks in `f32`, multilayer perceptrons and convolutions: passes through them, their
+//! gradients, and an optimizer.
 //!
 //! They know nothing of reinforcement learning: [`Ddpg`](crate::learn::Ddpg) and
 //! [`Sac`](crate::learn::Sac) are built from them, and so can your own
@@ -12,9 +13,15 @@ mod matrix;
 mod packing;
 pub(crate) mod pass;
 pub(crate) mod perceptron;
+mod picture;
+mod picture_pass;
 mod product;
+mod spatial_softmax;
 pub(crate) mod vectors;
+mod windows;
 
 pub use adam::{Adam, Trained};
 pub use pass::Pass;
 pub use perceptron::{Network, Shape};
+pub use picture::{Convolution, PictureNetwork, PictureShape, PictureShapeError};
+pub use picture_pass::PicturePass;

@@ -6,7 +6,7 @@
 use std::fmt;
 
 use super::matrix::Matrix;
-use super::perceptron::{Layer, Network, Parameters, ParametersMut};
+use super::perceptron::{Layer, Network, Parameters, ParametersMut, Shape};
 use super::product::Product;
 use super::vectors::vectorize;
 
@@ -70,7 +70,7 @@ impl Pass {
     pub fn run(&mut self, network: &Network, inputs: &[f32]) -> &[f32] {
         let width = network.shape.num_inputs();
         self.input_mut(inputs.len() / width, width).copy_from_slice(inputs);
-        self.forward(network)
+        self.forward(&network.shape, &network.parameters)
     }
 
     /// Returns the network's outputs for inputs whose rows are those of `left`, each followed by its
@@ -89,23 +89,24 @@ impl Pass {
             joined[..len].copy_from_slice(left);
             joined[len..].copy_from_slice(right);
         }
-        self.forward(network)
+        self.forward(&network.shape, &network.parameters)
     }
 
-    /// Returns the input of a pass of `num_rows` rows of `width` numbers, for the caller to fill.
-    fn input_mut(&mut self, num_rows: usize, width: usize) -> &mut [f32] {
+    /// Returns the input of a pass of `num_rows` rows of `width` numbers, for the caller to fill
+    /// before [`forward`](Self::forward).
+    pub(super) fn input_mut(&mut self, num_rows: usize, width: usize) -> &mut [f32] {
         self.num_rows = num_rows;
         self.input.resize(num_rows * width, 0.0);
         &mut self.input
     }
 
-    /// Returns the network's outputs.
-    fn forward(&mut self, network: &Network) -> &[f32] {
+    /// Returns the outputs of a network with this shape and these parameters.
+    pub(super) fn forward(&mut self, shape: &Shape, parameters: &[f32]) -> &[f32] {
         let num_rows = self.num_rows;
-        self.layers.resize_with(network.shape.sizes.len() - 1, LayerPass::default);
+        self.layers.resize_with(shape.sizes.len() - 1, LayerPass::default);
         let mut input = self.input.as_slice();
-        for (layer, pass) in network.shape.layers().into_iter().zip(&mut self.layers) {
-            let parameters = layer.of(&network.parameters);
+        for (layer, pass) in shape.layers().into_iter().zip(&mut self.layers) {
+            let parameters = layer.of(parameters);
             pass.forward(layer, &parameters, input, num_rows, &mut self.product);
             input = &pass.output;
         }
@@ -125,7 +126,20 @@ impl Pass {
         &mut self,
         network: &Network,
         slope: impl Fn(usize, f32) -> f32,
-        mut parameters: Option<&mut [f32]>,
+        parameters: Option<&mut [f32]>,
+        input_width: usize,
+    ) -> &[f32] {
+        let Network { shape, parameters: weights } = network;
+        self.backward_through(shape, weights, slope, parameters, input_width)
+    }
+
+    /// As [`backward`](Self::backward), through a network with this shape and these parameters.
+    pub(super) fn backward_through(
+        &mut self,
+        shape: &Shape,
+        parameters: &[f32],
+        slope: impl Fn(usize, f32) -> f32,
+        mut own_gradient: Option<&mut [f32]>,
         input_width: usize,
     ) -> &[f32] {
         let num_rows = self.num_rows;
@@ -133,10 +147,10 @@ impl Pass {
         let outputs = self.layers.last().map_or(&[][..], |layer| &layer.output);
         gradient.clear();
         gradient.extend(outputs.iter().enumerate().map(|(index, output)| slope(index, *output)));
-        for (number, layer) in network.shape.layers().into_iter().enumerate().rev() {
+        for (number, layer) in shape.layers().into_iter().enumerate().rev() {
             let pass = &self.layers[number];
-            let Parameters { weights, scales, .. } = layer.of(&network.parameters);
-            let mut own = parameters.as_deref_mut().map(|all| layer.of_mut(all));
+            let Parameters { weights, scales, .. } = layer.of(parameters);
+            let mut own = own_gradient.as_deref_mut().map(|all| layer.of_mut(all));
             if layer.is_hidden {
                 vectorize(
                     #[inline(always)]
@@ -150,15 +164,7 @@ impl Pass {
             if let Some(ParametersMut { weights, biases, .. }) = own {
                 let input = Matrix::new(input, layer.num_inputs);
                 self.product.write(input.transposed(), matrix, weights);
-                biases.fill(0.0);
-                vectorize(
-                    #[inline(always)]
-                    || {
-                        for row in gradient.chunks_exact(layer.num_outputs) {
-                            biases.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
-                        }
-                    },
-                );
+                add_rows(gradient, biases);
             }
             let width = if number == 0 { input_width } else { layer.num_inputs };
             let skipped = (layer.num_inputs - width) * layer.num_outputs;
@@ -267,9 +273,22 @@ impl LayerPass {
     }
 }
 
+/// Writes the sums of the columns of rows, as long as `sums`.
+pub(super) fn add_rows(rows: &[f32], sums: &mut [f32]) {
+    sums.fill(0.0);
+    vectorize(
+        #[inline(always)]
+        || {
+            for row in rows.chunks_exact(sums.len()) {
+                sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
+            }
+        },
+    );
+}
+
 /// Returns the larger number, or `lowest` for NaN. Of 0 and -0, `f32::max` may return either.
 #[inline(always)]
-fn larger(value: f32, lowest: f32) -> f32 {
+pub(super) fn larger(value: f32, lowest: f32) -> f32 {
     if value > lowest { value } else { lowest }
 }
 

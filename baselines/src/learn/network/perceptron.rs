@@ -4,7 +4,7 @@ use std::fmt;
 
 use rand::{Rng, RngExt};
 
-use super::vectors::{parts, parts_mut, vectorize};
+use super::vectors::{follow, parts, parts_mut};
 use crate::trained::LayerWeights;
 
 /// The shape of a [`Network`].
@@ -84,6 +84,29 @@ impl Shape {
     pub fn num_parameters(&self) -> usize {
         self.layers().iter().flat_map(|layer| layer.lens()).sum()
     }
+
+    /// Draws parameters, as [`Network::init`] does.
+    pub(super) fn init(&self, last_scale: f32, rng: &mut impl Rng, parameters: &mut [f32]) {
+        for layer in self.layers() {
+            let scale = if layer.is_hidden { 1.0 } else { last_scale };
+            let ParametersMut { weights, biases, scales, .. } = layer.of_mut(parameters);
+            draw_layer(scale, layer.num_inputs, rng, [weights, biases]);
+            scales.fill(1.0);
+        }
+    }
+}
+
+/// Draws weights and biases of a layer uniformly from `[-scale / sqrt(inputs), scale / sqrt(inputs)]`.
+pub(super) fn draw_layer(
+    scale: f32,
+    num_inputs: usize,
+    rng: &mut impl Rng,
+    parameters: [&mut [f32]; 2],
+) {
+    let bound = scale / (num_inputs as f32).sqrt();
+    for numbers in parameters {
+        numbers.fill_with(|| rng.random_range(-bound..=bound));
+    }
 }
 
 impl Layer {
@@ -128,14 +151,7 @@ impl Network {
     #[must_use]
     pub fn init(shape: Shape, last_scale: f32, rng: &mut impl Rng) -> Self {
         let mut parameters = vec![0.0; shape.num_parameters()];
-        for layer in shape.layers() {
-            let scale = if layer.is_hidden { 1.0 } else { last_scale };
-            let bound = scale / (layer.num_inputs as f32).sqrt();
-            let ParametersMut { weights, biases, scales, .. } = layer.of_mut(&mut parameters);
-            weights.fill_with(|| rng.random_range(-bound..=bound));
-            biases.fill_with(|| rng.random_range(-bound..=bound));
-            scales.fill(1.0);
-        }
+        shape.init(last_scale, rng, &mut parameters);
         Self { shape, parameters }
     }
 
@@ -176,14 +192,7 @@ impl Network {
     /// Moves the parameters a fraction of the way towards those of another network of the same
     /// shape, as target networks do.
     pub fn follow(&mut self, other: &Self, fraction: f32) {
-        vectorize(
-            #[inline(always)]
-            || {
-                for (own, other) in self.parameters.iter_mut().zip(&other.parameters) {
-                    *own += fraction * (other - *own);
-                }
-            },
-        );
+        follow(&mut self.parameters, &other.parameters, fraction);
     }
 
     /// Returns the parameters with their name, for [`StateMut::push`](crate::learn::StateMut::push).

@@ -35,27 +35,47 @@ impl Product {
 
     /// Writes the product with the instructions of a processor.
     fn write_on(&mut self, arch: Arch, left: Matrix<'_>, right: Matrix<'_>, target: &mut [f32]) {
-        let ((num_rows, num_terms), (right_rows, num_columns)) = (left.size(), right.size());
-        assert_eq!((num_terms, num_rows * num_columns), (right_rows, target.len()));
         let Self { panel, tiles } = self;
         if left.is_transposed {
             arch.dispatch(PackLeft { matrix: left, tiles });
+            write_panels(arch, Tiles { numbers: tiles, size: left.size() }, right, panel, target);
+        } else {
+            write_panels(arch, left, right, panel, target);
         }
-        let lanes = arch.dispatch(Lanes);
-        for first in (0..num_columns).step_by(2 * lanes) {
-            let columns = first..num_columns.min(first + 2 * lanes);
-            let is_wide = columns.len() > lanes;
-            let width = if is_wide { 2 * lanes } else { lanes };
-            let panel = resized(panel, num_terms * width);
-            arch.dispatch(PackRight { matrix: right, columns: columns.clone(), width, panel });
-            let work = Work { panel, target, num_rows, num_columns, columns };
-            // Each is a function of its own, in which the compiler keeps the sums in registers.
-            match (left.is_transposed, is_wide) {
-                (false, false) => arch.dispatch(Multiply::<_, 1> { left, work }),
-                (false, true) => arch.dispatch(Multiply::<_, 2> { left, work }),
-                (true, false) => arch.dispatch(Multiply::<_, 1> { left: &**tiles, work }),
-                (true, true) => arch.dispatch(Multiply::<_, 2> { left: &**tiles, work }),
-            }
+    }
+
+    /// Writes the product of a left matrix that needs no copy.
+    ///
+    /// # Panics
+    /// Panics if the sizes of the three do not agree.
+    pub(super) fn write_left(&mut self, left: impl Left, right: Matrix<'_>, target: &mut [f32]) {
+        write_panels(Arch::new(), left, right, &mut self.panel, target);
+    }
+}
+
+/// Writes a product, some columns at a time.
+fn write_panels(
+    arch: Arch,
+    left: impl Left,
+    right: Matrix<'_>,
+    panel: &mut Vec<f32>,
+    target: &mut [f32],
+) {
+    let ((num_rows, num_terms), (right_rows, num_columns)) = (left.size(), right.size());
+    assert_eq!((num_terms, num_rows * num_columns), (right_rows, target.len()));
+    let lanes = arch.dispatch(Lanes);
+    for first in (0..num_columns).step_by(2 * lanes) {
+        let columns = first..num_columns.min(first + 2 * lanes);
+        let is_wide = columns.len() > lanes;
+        let width = if is_wide { 2 * lanes } else { lanes };
+        let panel = resized(panel, num_terms * width);
+        arch.dispatch(PackRight { matrix: right, columns: columns.clone(), width, panel });
+        let work = Work { panel, target, num_rows, num_columns, columns };
+        // Each is a function of its own, in which the compiler keeps the sums in registers.
+        if is_wide {
+            arch.dispatch(Multiply::<_, 2> { left, work });
+        } else {
+            arch.dispatch(Multiply::<_, 1> { left, work });
         }
     }
 }
@@ -127,10 +147,13 @@ impl<L: Left, const V: usize> Multiply<'_, L, V> {
     }
 }
 
-/// A left matrix: as it is, or in tiles.
-trait Left {
+/// A left matrix: as it is, in tiles, or windows of pictures.
+pub(super) trait Left: Copy {
+    /// Returns the numbers of rows and of terms.
+    fn size(&self) -> (usize, usize);
+
     /// Returns the products of the `R` rows from `start` and of the columns in a panel. Returning
-    /// the rows, for one call of [`tile`], made updates 6 % slower.
+    /// the rows, for one call of [`add_products`], made updates 6 % slower.
     fn tile<S: Simd, const R: usize, const V: usize>(
         &self,
         simd: S,
@@ -140,6 +163,10 @@ trait Left {
 }
 
 impl Left for Matrix<'_> {
+    fn size(&self) -> (usize, usize) {
+        Matrix::size(*self)
+    }
+
     #[inline(always)]
     fn tile<S: Simd, const R: usize, const V: usize>(
         &self,
@@ -148,14 +175,25 @@ impl Left for Matrix<'_> {
         panel: &[[S::f32s; V]],
     ) -> [[S::f32s; V]; R] {
         // The last row stands in for those that would follow it.
-        let last = self.size().0 - 1;
+        let last = Matrix::size(*self).0 - 1;
         let row = |i: usize| self.stored_row((start + i).min(last));
         let rows: [&[f32]; R] = from_fn(|i| &row(i)[..panel.len()]);
-        tile(simd, rows, panel)
+        add_products(simd, rows, panel, no_sums(simd))
     }
 }
 
-impl Left for &[f32] {
+/// A transposed matrix, copied by [`PackLeft`].
+#[derive(Clone, Copy)]
+struct Tiles<'a> {
+    numbers: &'a [f32],
+    size: (usize, usize),
+}
+
+impl Left for Tiles<'_> {
+    fn size(&self) -> (usize, usize) {
+        self.size
+    }
+
     #[inline(always)]
     fn tile<S: Simd, const R: usize, const V: usize>(
         &self,
@@ -163,13 +201,14 @@ impl Left for &[f32] {
         start: usize,
         panel: &[[S::f32s; V]],
     ) -> [[S::f32s; V]; R] {
-        let tiles = self.as_chunks::<R>().0;
-        tile(simd, &tiles[start / R * panel.len()..][..panel.len()], panel)
+        let tiles = self.numbers.as_chunks::<R>().0;
+        let tile = &tiles[start / R * panel.len()..][..panel.len()];
+        add_products(simd, tile, panel, no_sums(simd))
     }
 }
 
 /// Some rows of a left matrix.
-trait Rows<const R: usize>: Copy {
+pub(super) trait Rows<const R: usize>: Copy {
     /// Returns a column of them.
     fn column(self, term: usize) -> [f32; R];
 }
@@ -189,14 +228,20 @@ impl<const R: usize> Rows<R> for &[[f32; R]] {
     }
 }
 
-/// Returns the product of some rows of the left matrix and some columns of the right one.
+/// Returns sums without a term.
 #[inline(always)]
-fn tile<S: Simd, const R: usize, const V: usize>(
+pub(super) fn no_sums<S: Simd, const R: usize, const V: usize>(simd: S) -> [[S::f32s; V]; R] {
+    [[simd.splat_f32s(0.0); V]; R]
+}
+
+/// Adds the product of some rows of the left matrix and some columns of the right one to sums.
+#[inline(always)]
+pub(super) fn add_products<S: Simd, const R: usize, const V: usize>(
     simd: S,
     rows: impl Rows<R>,
     panel: &[[S::f32s; V]],
+    mut sums: [[S::f32s; V]; R],
 ) -> [[S::f32s; V]; R] {
-    let mut sums = [[simd.splat_f32s(0.0); V]; R];
     for (term, right) in panel.iter().enumerate() {
         // Indexed, since the compiler may keep zipped sums in memory, which halves the speed.
         let column = rows.column(term);

@@ -23,6 +23,18 @@ impl<F: FnMut()> NullaryFnOnce for Loop<F> {
     }
 }
 
+/// Moves numbers a fraction of the way towards others.
+pub(crate) fn follow(numbers: &mut [f32], others: &[f32], fraction: f32) {
+    vectorize(
+        #[inline(always)]
+        || {
+            for (own, other) in numbers.iter_mut().zip(others) {
+                *own += fraction * (other - *own);
+            }
+        },
+    );
+}
+
 /// Splits numbers into parts of these lengths.
 pub(crate) fn parts<const N: usize>(mut numbers: &[f32], lens: [usize; N]) -> [&[f32]; N] {
     lens.map(|len| numbers.split_off(..len).unwrap_or_default())
