@@ -29,6 +29,11 @@ impl Pictures {
         Self { period: PERIOD, size, pictures: Vec::new() }
     }
 
+    /// Returns the pictures as data URLs.
+    pub(super) fn into_urls(self) -> Vec<String> {
+        self.pictures
+    }
+
     /// Adds a frame.
     pub(super) fn push(&mut self, rgb: &[u8], size: [usize; 2]) -> Result<(), PageError> {
         let wrong = |reason| Err(PageError::Scene { reason });

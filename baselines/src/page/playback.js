@@ -296,6 +296,7 @@
       find(".missing").textContent = "This browser has no WebGL 2, which the playback needs.";
       return;
     }
+    const seen = find(".seen");
     const last = episode.successes.length - 1;
     let frame = 0, playing = false;
 
@@ -311,6 +312,8 @@
       if (episode.successes[frame]) parts.push("reached");
       told.textContent = parts.join(" · ");
       draw(frame);
+      // The policy does not act on the last frame.
+      if (seen) seen.src = episode.seen[Math.min(frame, episode.seen.length - 1)];
     };
     const pause = () => {
       playing = false;

@@ -4,7 +4,8 @@ use fetch_env::{ActionElement, EnvError, Step};
 use serde::Serialize;
 
 use super::{
-    document::escape, error::PageError, frames::Frames, rounding::rounded, scene::PlaybackEnv,
+    document::escape, error::PageError, frames::Frames, pictures::Pictures, rounding::rounded,
+    scene::PlaybackEnv,
 };
 use crate::{
     evaluate::{Event, check_policy, run_episode},
@@ -31,6 +32,9 @@ struct Recorded {
     unit: &'static str,
     #[serde(flatten)]
     frames: Frames,
+    /// What the policy saw at each step, as data URLs; empty if that is not shown.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    seen: Vec<String>,
 }
 
 impl Playback {
@@ -82,6 +86,22 @@ impl Playback {
     #[must_use]
     pub fn with_title(self, title: &str) -> Self {
         Self { title: title.into(), ..self }
+    }
+
+    /// Shows what the policy saw beside the frames: a picture for each step, all of this width and
+    /// height, as in [`Scene::Picture`](super::Scene::Picture).
+    ///
+    /// # Errors
+    /// [`PageError::Scene`] if a picture has not this width and height.
+    pub fn with_seen<P: AsRef<[u8]>>(
+        mut self,
+        size: [usize; 2],
+        seen: impl IntoIterator<Item = P>,
+    ) -> Result<Self, PageError> {
+        let mut pictures = Pictures::new(size);
+        seen.into_iter().try_for_each(|rgb| pictures.push(rgb.as_ref(), size))?;
+        self.episode.seen = pictures.into_urls();
+        Ok(self)
     }
 
     /// Returns the title.
@@ -146,10 +166,15 @@ impl Playback {
         };
         // A browser ends a script at the first "</", wherever it is.
         let json = serde_json::to_string(&self.episode)?.replace('<', "\\u003c");
+        let seen = if self.episode.seen.is_empty() {
+            ""
+        } else {
+            "\n<img class=\"seen\" alt=\"What the policy sees\">"
+        };
         let last = self.num_steps();
         Ok(format!(
             r#"<figure class="playback">
-{screen}
+{screen}{seen}
 <div class="controls"><button type="button">Play</button><input \
 type="range" min="0" max="{last}" step="1" value="0" aria-label="Step"><output></output></div>
 <p class="missing">The playback needs {needs}.</p>
@@ -165,6 +190,6 @@ impl Recorded {
     fn new(frames: Frames) -> Self {
         let unit = if matches!(frames, Frames::Bodies(_)) { " m" } else { "" };
         let (rewards, distances, successes) = (Vec::new(), Vec::new(), Vec::new());
-        Self { rewards, distances, successes, unit, frames }
+        Self { rewards, distances, successes, unit, frames, seen: Vec::new() }
     }
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use baselines::{
-    OnMujoco, Policy, ProportionalPolicy, RandomPolicy, ScriptedPolicy, TrainedPolicy, ZeroPolicy,
-    runs::RunModel,
+    OnMujoco, PixelPolicy, Policy, ProportionalPolicy, RandomPolicy, ScriptedPolicy, TrainedPolicy,
+    TrainedPolicyError, ZeroPolicy, runs::RunModel,
 };
 use clap::ValueEnum;
 use fetch_sim::{ModelSource, Task};
@@ -96,6 +96,24 @@ pub fn policies_of(text: &str) -> anyhow::Result<Vec<String>> {
     }
     let runs = runs_in(text.as_ref())?;
     Ok(runs.iter().map(|run| run.join("policy.safetensors").display().to_string()).collect())
+}
+
+/// Returns the policy that sees pictures in a file; `None` for names and files of other policies.
+///
+/// # Errors
+/// The file is not a policy.
+pub fn pixel_policy_of(text: &str) -> anyhow::Result<Option<PixelPolicy>> {
+    if !Path::new(text).is_file() {
+        return Ok(None);
+    }
+    match PixelPolicy::load(text) {
+        Err(TrainedPolicyError::Contents { source, .. })
+            if matches!(*source, TrainedPolicyError::Kind { .. }) =>
+        {
+            Ok(None)
+        }
+        loaded => Ok(Some(loaded?)),
+    }
 }
 
 /// Returns the policy that a name or a file stands for; `proportional=GAIN` has that gain.

@@ -5,12 +5,12 @@ use std::{num::NonZeroUsize, thread::available_parallelism};
 use anyhow::ensure;
 use baselines::{Episode, Evaluation, RandomPolicy, evaluate};
 use fetch_env::variation::VariationError;
-use fetch_env::{Env, EnvId, FetchConfig, MakeError};
+use fetch_env::{AddRenderObservation, Env, EnvExt, EnvId, FetchConfig, MakeError};
 use indicatif::ProgressBar;
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
 
-use super::choice::{ModelChoice, acting, policy_of};
+use super::choice::{ModelChoice, acting, pixel_policy_of, policy_of};
 use super::tasks::Tasks;
 use crate::output::usage;
 
@@ -89,8 +89,16 @@ impl EpisodeArgs {
         bar: &ProgressBar,
     ) -> anyhow::Result<Vec<Episode>> {
         let mut env = tasks.make(config.clone())?;
-        let mut policy = policy_of(policy_name, &env, self.seed)?;
         let mut episodes = Vec::new();
+        if let Some(mut policy) = pixel_policy_of(policy_name)? {
+            let pictures = AddRenderObservation::new(policy.sight().pixels.clone());
+            let mut env = env.wrap(pictures)?;
+            for &seed in seeds {
+                episodes.extend(evaluate(&mut env, &mut policy, 1, seed, |_| bar.inc(1))?.episodes);
+            }
+            return Ok(episodes);
+        }
+        let mut policy = policy_of(policy_name, &env, self.seed)?;
         for &seed in seeds {
             let mut random = RandomPolicy::new(env.action_space(), seed);
             let policy = acting(policy_name, &mut random, &mut *policy);

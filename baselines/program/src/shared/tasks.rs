@@ -3,11 +3,11 @@
 use baselines::OnMujoco;
 use baselines::datasets::{DatasetError, Metadata};
 use baselines::runs::MakeEnvs;
-use fetch_env::EnvId;
+use fetch_env::{EnvId, RenderEnv};
 
 /// Makes Fetch environments on MuJoCo: of the built-in tasks, or of the host's own. Everything that does
 /// implements this trait.
-pub trait Tasks: MakeEnvs<Env: OnMujoco> {
+pub trait Tasks: MakeEnvs<Env: OnMujoco + RenderEnv> {
     /// Returns the name of the first version of a set of an environment's episodes.
     fn set_name(&self, env_id: EnvId, set: &str) -> String {
         let own = |task| Metadata::name_of_own(task, set);
@@ -29,4 +29,4 @@ pub trait Tasks: MakeEnvs<Env: OnMujoco> {
     }
 }
 
-impl<M: MakeEnvs<Env: OnMujoco>> Tasks for M {}
+impl<M: MakeEnvs<Env: OnMujoco + RenderEnv>> Tasks for M {}
