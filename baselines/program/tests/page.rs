@@ -7,14 +7,23 @@ use std::{
     process::Command,
 };
 
+use baselines::learn::network::{Convolution, PictureNetwork, PictureShape};
+use baselines::{InputPart, PixelPolicy, PolicyHeader, Sight, TrainedPolicy};
+use fetch_env::{PixelOptions, RenderOptions, Task};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use testing::Result;
 
 fn fetch(arguments: &[&str], out: &Path) -> Result<String> {
+    run(arguments, "--out", out)
+}
+
+fn run(arguments: &[&str], flag: &str, file: &Path) -> Result<String> {
     let output = Command::new(env!("CARGO_BIN_EXE_fetch-env"))
         .args(arguments)
-        .arg("--out")
-        .arg(out)
+        .arg(flag)
+        .arg(file)
         .output()?;
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{errors}");
@@ -110,6 +119,43 @@ fn an_episode_is_played_back() -> Result {
         assert_eq!(seen["faults"], serde_json::json!([]), "{seen}");
         assert_playback_lives(&seen["playbacks"][0]);
     }
+    Ok(())
+}
+
+/// Writes a policy of Push that sees pictures, and has learned nothing.
+fn write_pixel_policy(path: &Path) -> Result {
+    let view = RenderOptions::default().with_width(24).with_height(16).with_samples(0);
+    let sight = Sight::robot(Task::Push, PixelOptions::default().with_render(view));
+    let shape = PictureShape::new([16, 24], &Convolution::DEFAULT, 13, &[8], 4)?;
+    let network = PictureNetwork::init(shape, &mut ChaCha8Rng::seed_from_u64(0));
+    let header = TrainedPolicy::shipped(Task::Push)?.header().clone();
+    let inputs = vec![InputPart::Observation, InputPart::DesiredGoal];
+    let header = PolicyHeader { inputs, goal_normalizer: None, ..header };
+    Ok(PixelPolicy::new(header, sight, network)?.save(path)?)
+}
+
+#[test]
+fn a_policy_that_sees_pictures_is_evaluated_and_shows_what_it_sees() -> Result {
+    let folder = tempfile::tempdir()?;
+    let (policy, page) =
+        (folder.path().join("policy.safetensors"), folder.path().join("play.html"));
+    write_pixel_policy(&policy)?;
+    let policy = policy.to_str().ok_or("no text")?;
+    let arguments = ["--env-id", "FetchPush-v4", "--policy", policy];
+    fetch(&[&["play", "--verbose"], &arguments[..]].concat(), &page)?;
+    assert_self_contained(&page)?;
+    let html = fs::read_to_string(&page)?;
+    assert_eq!(html.matches("data:image/png").count(), 50, "a picture for each step");
+    if has_chromium() {
+        let seen = look_at(&page, 800, false)?;
+        assert_eq!(seen["faults"], serde_json::json!([]), "{seen}");
+        assert_playback_lives(&seen["playbacks"][0]);
+        assert_eq!(seen["playbacks"][0]["seen_width"], 24, "{seen}");
+    }
+    let figures = folder.path().join("figures.json");
+    let evaluate = [&["evaluate", "--episodes", "3"], &arguments[..]].concat();
+    run(&evaluate, "--json", &figures)?;
+    assert!(fs::read_to_string(&figures)?.contains("evaluate/FetchPush-v4/success_rate"));
     Ok(())
 }
 

@@ -60,7 +60,7 @@ pub enum PolicyError {
         /// The number of elements of the plan's.
         actual: usize,
     },
-    /// A [`PixelPolicy`](crate::PixelPolicy) sees pictures of another shape.
+    /// A `PixelPolicy` sees pictures of another shape.
     #[error(
         "the policy sees pictures of height, width and channels {expected:?}, and the environment \
          shows {actual:?}: wrap it with AddRenderObservation and the policy's own pixel options"
@@ -71,7 +71,7 @@ pub enum PolicyError {
         /// That of the environment's pictures; `None` without any, or with several views.
         actual: Option<[usize; 3]>,
     },
-    /// A [`PixelPolicy`](crate::PixelPolicy) was trained with another view.
+    /// A `PixelPolicy` was trained with another view.
     #[cfg(feature = "render")]
     #[error(
         "the policy was trained with the view {expected:?}, not {actual:?}: show it its own pixel \

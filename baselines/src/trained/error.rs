@@ -80,7 +80,7 @@ pub enum TrainedPolicyError {
         /// The type of such policies.
         load: &'static str,
     },
-    /// A [`PixelPolicy`](crate::PixelPolicy) has a network that does not fit what it sees.
+    /// A `PixelPolicy` has a network that does not fit what it sees.
     #[error("the network does not fit what the policy sees: {reason}")]
     Sight {
         /// What is wrong.

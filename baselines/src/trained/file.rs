@@ -16,7 +16,7 @@ const LIMIT: u64 = 64 << 20;
 const KEY: &str = "policy";
 
 /// The key of what a policy sees besides numbers.
-pub(super) const SIGHT: &str = "sight";
+const SIGHT: &str = "sight";
 
 fn read(path: &Path) -> Result<Vec<u8>, Error> {
     files::read(path, LIMIT).map_err(|source| match source.kind() {
@@ -25,33 +25,28 @@ fn read(path: &Path) -> Result<Vec<u8>, Error> {
     })
 }
 
-/// The contents of a policy's file.
-pub(super) struct Contents<'a> {
-    pub(super) header: PolicyHeader,
-    /// Further entries of the metadata.
-    pub(super) entries: HashMap<String, String>,
-    pub(super) tensors: SafeTensors<'a>,
-}
-
-/// Returns the contents of the file of a policy that sees pictures, or of one that does not.
-pub(super) fn open(bytes: &[u8], sees_pictures: bool) -> Result<Contents<'_>, Error> {
+/// Returns the header and the tensors of the file of a policy that sees pictures, with what it sees,
+/// or of one that does not.
+pub(super) fn open(
+    bytes: &[u8],
+    sees_pictures: bool,
+) -> Result<(PolicyHeader, SafeTensors<'_>, String), Error> {
     let format = |error: SafeTensorError| Error::Format { reason: error.to_string() };
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(format)?;
     let tensors = SafeTensors::deserialize(bytes).map_err(format)?;
-    let mut entries = metadata.metadata().clone().unwrap_or_default();
-    let text = entries.remove(KEY);
-    let text = text.ok_or_else(|| Error::Header { reason: "it is missing".to_owned() })?;
+    let entry = |key| metadata.metadata().as_ref().and_then(|entries| entries.get(key));
+    let text = entry(KEY).ok_or_else(|| Error::Header { reason: "it is missing".to_owned() })?;
     let header: PolicyHeader = serde_json::from_slice(text.as_bytes())
         .map_err(|error| Error::Header { reason: error.to_string() })?;
-    match (entries.contains_key(SIGHT), sees_pictures) {
-        (true, false) => Err(Error::Kind { sees: "pictures", load: "PixelPolicy" }),
-        (false, true) => Err(Error::Kind { sees: "no pictures", load: "TrainedPolicy" }),
-        _ => Ok(Contents { header, entries, tensors }),
+    match (entry(SIGHT), sees_pictures) {
+        (Some(_), false) => Err(Error::Kind { sees: "pictures", load: "PixelPolicy" }),
+        (None, true) => Err(Error::Kind { sees: "no pictures", load: "TrainedPolicy" }),
+        (sight, _) => Ok((header, tensors, sight.cloned().unwrap_or_default())),
     }
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
-    let Contents { header, tensors, .. } = open(bytes, false)?;
+    let (header, tensors, _) = open(bytes, false)?;
     let num_layers = tensors.len() / 2;
     let layers = (0..num_layers).map(|number| {
         let (weight, bias) = (name(number, "weight"), name(number, "bias"));
@@ -79,22 +74,23 @@ pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
         tensors.push((name(number, "weight"), shape, weights.as_slice()));
         tensors.push((name(number, "bias"), vec![biases.len()], biases));
     }
-    let bytes = close(&policy.header, HashMap::new(), tensors)?;
+    let bytes = close(&policy.header, None, tensors)?;
     // JSON can be written that is not read, such as settings that are nested deeply.
     decode(&bytes)?;
     Ok(bytes)
 }
 
-/// Returns a policy's file.
+/// Returns the file of a policy, with what it sees if it sees pictures.
 pub(super) fn close(
     header: &PolicyHeader,
-    mut entries: HashMap<String, String>,
+    sight: Option<String>,
     tensors: Vec<(String, Vec<usize>, &[f32])>,
 ) -> Result<Vec<u8>, Error> {
     header.check()?;
     let failed = |reason: String| Error::Format { reason };
     let header = serde_json::to_string(header).map_err(|error| failed(error.to_string()))?;
-    entries.insert(KEY.to_owned(), header);
+    let sight = sight.map(|sight| (SIGHT.to_owned(), sight));
+    let entries = sight.into_iter().chain([(KEY.to_owned(), header)]).collect();
     let bytes = to_bytes(tensors, Some(entries)).map_err(|error| failed(error.to_string()))?;
     if bytes.len() as u64 > LIMIT {
         return Err(Error::Size { actual: bytes.len() as u64, limit: LIMIT });

@@ -1,11 +1,9 @@
 //! The file format of policies that see pictures.
 
-use std::collections::HashMap;
-
 use serde::{Deserialize, Serialize};
 
 use super::error::TrainedPolicyError as Error;
-use super::file::{self, Contents, SIGHT};
+use super::file;
 use super::pixels::{PixelPolicy, Sight};
 use crate::learn::network::{Convolution, PictureNetwork, PictureShape};
 
@@ -67,14 +65,14 @@ pub(super) fn check_finite(network: &PictureNetwork) -> Result<(), Error> {
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<PixelPolicy, Error> {
-    let Contents { header, entries, tensors: stored } = file::open(bytes, true)?;
-    let text = entries.get(SIGHT).map_or(&[][..], |text| text.as_bytes());
+    let wrong = |reason: String| Error::Sight { reason };
+    let (header, stored, sight) = file::open(bytes, true)?;
     let Saved { sight, convolutions, hidden } =
-        serde_json::from_slice(text).map_err(|error| Error::Sight { reason: error.to_string() })?;
+        serde_json::from_str(&sight).map_err(|error| wrong(error.to_string()))?;
     let numbers = sight.columns(&header)?.len();
     let size = sight.picture_size()?;
     let shape = PictureShape::new(size, &convolutions, numbers, &hidden, header.action_len)
-        .map_err(|error| Error::Sight { reason: error.to_string() })?;
+        .map_err(|error| wrong(error.to_string()))?;
     let tensors = tensors(&shape);
     if stored.len() > tensors.len() {
         return Err(file::surplus());
@@ -104,8 +102,7 @@ pub(super) fn encode(policy: &PixelPolicy) -> Result<Vec<u8>, Error> {
     };
     let saved = serde_json::to_string(&saved)
         .map_err(|error| Error::Sight { reason: error.to_string() })?;
-    let entries = HashMap::from([(SIGHT.to_owned(), saved)]);
-    let bytes = file::close(header, entries, tensors_of(network))?;
+    let bytes = file::close(header, Some(saved), tensors_of(network))?;
     decode(&bytes)?;
     Ok(bytes)
 }

@@ -50,6 +50,7 @@
     await frames(30);
     button.click();
     result.played_to = Number(slider.value);
+    result.seen_width = figure.querySelector(".seen")?.naturalWidth ?? 0;
     result.told = figure.querySelector("output").textContent;
     return result;
   };

@@ -37,18 +37,17 @@ impl Convolution {
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureShapeError {
-    /// There is no convolution.
-    #[error("the network has no convolution: give it at least one")]
-    NoConvolution,
-    /// A number is 0, or too large.
-    #[error("{what} is {actual}: choose from 1 to {largest}")]
+    /// A number is too small or too large.
+    #[error("{what} is {actual}: choose from {least} to {most}")]
     Range {
         /// The number.
         what: &'static str,
         /// Its value.
         actual: usize,
+        /// The least value.
+        least: usize,
         /// The largest value.
-        largest: usize,
+        most: usize,
     },
     /// A convolution does not fit the picture that it gets.
     #[error(
@@ -67,16 +66,6 @@ pub enum PictureShapeError {
         height: usize,
         /// Its width.
         width: usize,
-    },
-    /// The network takes too much memory.
-    #[error(
-        "the network has {actual} parameters, or numbers of one picture: choose fewer than {limit}"
-    )]
-    TooLarge {
-        /// How many it has.
-        actual: usize,
-        /// The limit.
-        limit: usize,
     },
 }
 
@@ -170,48 +159,44 @@ impl PictureShape {
         hidden: &[usize],
         outputs: usize,
     ) -> Result<Self, PictureShapeError> {
-        let range = |what, actual, lowest| match actual {
-            _ if (lowest..=LARGEST).contains(&actual) => Ok(()),
-            _ => Err(PictureShapeError::Range { what, actual, largest: LARGEST }),
+        let range = |what, actual, least, most| match actual {
+            _ if (least..=most).contains(&actual) => Ok(()),
+            _ => Err(PictureShapeError::Range { what, actual, least, most }),
         };
-        range("the height of a picture", height, 1)?;
-        range("the width of a picture", width, 1)?;
-        range("the number of other inputs", numbers, 0)?;
-        range("the number of outputs", outputs, 1)?;
-        hidden.iter().try_for_each(|len| range("the length of a hidden layer", *len, 1))?;
-        let limit = |numbers: &[usize]| {
-            let actual = numbers.iter().fold(1_usize, |product, len| product.saturating_mul(*len));
-            if actual < LIMIT {
-                return Ok(actual);
-            }
-            Err(PictureShapeError::TooLarge { actual, limit: LIMIT })
+        let len = |what, len| range(what, len, 1, LARGEST);
+        let memory = |lens: &[usize]| {
+            let actual = lens.iter().fold(1_usize, |product, len| product.saturating_mul(*len));
+            range("the number of parameters, or of numbers of a picture,", actual, 1, LIMIT)
         };
+        len("the height of a picture", height)?;
+        len("the width of a picture", width)?;
+        len("the number of convolutions", convolutions.len())?;
+        range("the number of other inputs", numbers, 0, LARGEST)?;
+        len("the number of outputs", outputs)?;
+        hidden.iter().try_for_each(|own| len("the length of a hidden layer", *own))?;
         let (mut sides, mut inputs, mut start, mut layers) = ([height, width], 3, 0, Vec::new());
         for (number, convolution) in convolutions.iter().enumerate() {
             let Convolution { channels, kernel, stride, padding } = *convolution;
-            range("a number of channels", channels, 1)?;
-            range("a kernel", kernel, 1)?;
-            range("a stride", stride, 1)?;
+            len("a number of channels", channels)?;
+            len("a kernel", kernel)?;
+            len("a stride", stride)?;
             let [height, width] = sides;
             if padding >= kernel || sides.iter().any(|side| side + 2 * padding < kernel) {
                 return Err(PictureShapeError::Kernel { number, kernel, padding, height, width });
             }
             let [height, width] = sides.map(|side| side + 2 * padding);
-            limit(&[height, width, inputs])?;
+            memory(&[height, width, inputs])?;
             let grid = Grid { height, width, channels: inputs, kernel, stride };
             let has_biases = number + 1 < convolutions.len();
             let layer = ConvolutionLayer { convolution: *convolution, grid, has_biases, start };
-            limit(&[kernel, kernel, inputs, channels])?;
+            memory(&[kernel, kernel, inputs, channels])?;
             start += layer.lens().iter().sum::<usize>();
             layers.push(layer);
             (sides, inputs) = (grid.windows(), channels);
-            limit(&[height + kernel, width + kernel, inputs])?;
-        }
-        if layers.is_empty() {
-            return Err(PictureShapeError::NoConvolution);
+            memory(&[height + kernel, width + kernel, inputs])?;
         }
         let head = Shape::new(numbers + 2 * inputs, hidden, outputs, false);
-        limit(&[start + head.num_parameters()])?;
+        memory(&[start + head.num_parameters()])?;
         Ok(Self { layers, head })
     }
 
