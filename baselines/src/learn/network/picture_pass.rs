@@ -43,7 +43,7 @@ struct Group {
     inputs: Vec<Vec<f32>>,
     /// The shares of the pixels in each channel of the last convolution.
     shares: Vec<f32>,
-    /// That of the convolutions' parameters.
+    /// The gradient of the convolutions' parameters.
     gradient: Vec<f32>,
 }
 
