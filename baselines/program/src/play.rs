@@ -37,6 +37,10 @@ pub struct Args {
     verbose: bool,
 }
 
+/// What a page says of the pictures that a policy sees.
+const SEEN: &str = "The small picture is what the policy sees; the red pixels are the points to \
+                    which its network reduces it.";
+
 pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env_id, args.seed);
     let mut env = tasks.make(id.config())?;
@@ -50,7 +54,8 @@ pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
             policy.act(observation, action);
             seen.push(with_points(&observation.pixels, [width, height], policy.points()));
         };
-        record(&mut env, &mut acting, args)?.with_seen([width, height], seen)?
+        let playback = record(&mut env, &mut acting, args)?;
+        playback.with_seen([width, height], seen, SEEN)?
     } else {
         let mut policy = policy_of(&args.policy, &env, seed)?;
         record(&mut env, &mut *policy, args)?

@@ -146,6 +146,7 @@ fn a_policy_that_sees_pictures_is_evaluated_and_shows_what_it_sees() -> Result {
     assert_self_contained(&page)?;
     let html = fs::read_to_string(&page)?;
     assert_eq!(html.matches("data:image/png").count(), 50, "a picture for each step");
+    assert!(html.contains("The small picture is what the policy sees"));
     if has_chromium() {
         let seen = look_at(&page, 800, false)?;
         assert_eq!(seen["faults"], serde_json::json!([]), "{seen}");

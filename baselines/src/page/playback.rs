@@ -35,6 +35,8 @@ struct Recorded {
     /// What the policy saw at each step, as data URLs; empty if that is not shown.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     seen: Vec<String>,
+    #[serde(skip)]
+    seen_caption: String,
 }
 
 impl Playback {
@@ -89,7 +91,7 @@ impl Playback {
     }
 
     /// Shows what the policy saw beside the frames: a picture for each step, all of this width and
-    /// height, as in [`Scene::Picture`](super::Scene::Picture).
+    /// height, as in [`Scene::Picture`](super::Scene::Picture), and a sentence about them.
     ///
     /// # Errors
     /// [`PageError::Scene`] if a picture has not this width and height.
@@ -97,10 +99,12 @@ impl Playback {
         mut self,
         size: [usize; 2],
         seen: impl IntoIterator<Item = P>,
+        caption: &str,
     ) -> Result<Self, PageError> {
         let mut pictures = Pictures::new(size);
         seen.into_iter().try_for_each(|rgb| pictures.push(rgb.as_ref(), size))?;
         self.episode.seen = pictures.into_urls();
+        self.episode.seen_caption = format!(" {caption}");
         Ok(self)
     }
 
@@ -171,14 +175,14 @@ impl Playback {
         } else {
             "\n<img class=\"seen\" alt=\"What the policy sees\">"
         };
-        let last = self.num_steps();
+        let (last, about_seen) = (self.num_steps(), escape(&self.episode.seen_caption));
         Ok(format!(
             r#"<figure class="playback">
 {screen}{seen}
 <div class="controls"><button type="button">Play</button><input \
 type="range" min="0" max="{last}" step="1" value="0" aria-label="Step"><output></output></div>
 <p class="missing">The playback needs {needs}.</p>
-{caption}{hint}</figcaption>
+{caption}{hint}{about_seen}</figcaption>
 <script type="application/json">{json}</script>
 </figure>"#
         ))
@@ -190,6 +194,14 @@ impl Recorded {
     fn new(frames: Frames) -> Self {
         let unit = if matches!(frames, Frames::Bodies(_)) { " m" } else { "" };
         let (rewards, distances, successes) = (Vec::new(), Vec::new(), Vec::new());
-        Self { rewards, distances, successes, unit, frames, seen: Vec::new() }
+        Self {
+            rewards,
+            distances,
+            successes,
+            unit,
+            frames,
+            seen: Vec::new(),
+            seen_caption: String::new(),
+        }
     }
 }
