@@ -20,6 +20,7 @@
 //! | write a data set for Minari or OGBench | a `datasets::DatasetWriter` |
 //! | read a Minari data set | `datasets::import_minari` |
 //! | train a policy | `learn::Trainer` |
+//! | make a network of any teacher, on the state or on pictures | `learn::Distiller` |
 //! | train with your own algorithm | `learn::Algorithm` |
 //! | train in a folder, resume, run grids | `runs::RunPlan` |
 //! | compare two samples | a test of [`statistics`] |

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::{AddError, ConfigError, NormalizerError, SampleError};
 
+use super::network::PictureShapeError;
 use crate::collector::CollectorError;
 use crate::evaluate::EvaluationError;
 use crate::trained::TrainedPolicyError;
@@ -61,6 +62,12 @@ pub enum TrainError {
     /// The actions of the environment are not from -1 to 1.
     #[error("the actions of the environment are not from -1 to 1: wrap it with RescaleAction")]
     ActionSpace,
+    /// A student cannot see these pictures.
+    #[error("pictures for a student are of one view and one frame, with the channels last")]
+    Frames,
+    /// There is no network for these pictures.
+    #[error(transparent)]
+    Picture(#[from] PictureShapeError),
     /// An environment could not be made.
     #[error("an environment could not be made")]
     Make(#[source] EnvError),
@@ -162,6 +169,12 @@ pub enum RunError {
         env_index: usize,
         /// Its error.
         source: EnvError,
+    },
+    /// A teacher does not know what to do in a state.
+    #[error("the teacher has no finite action in environment {env_index}: choose another teacher")]
+    Teacher {
+        /// The environment, counted from 0.
+        env_index: usize,
     },
     /// An environment took no step in a whole cycle, because it could not be reset.
     #[error(

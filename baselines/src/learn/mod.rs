@@ -48,6 +48,7 @@
 
 mod algorithm;
 mod checkpoint;
+mod distill;
 mod error;
 pub mod network;
 mod run;
@@ -61,6 +62,11 @@ pub use algorithm::{
     sac::Sac,
 };
 pub use checkpoint::{format::checkpoints, resume::Resumed};
+pub use distill::{
+    distiller::Distiller,
+    settings::DistillSettings,
+    teacher::{EachEnv, EnvState},
+};
 pub use error::{CheckpointError, RunError, TrainError};
 pub use run::{
     curve::{Counters, CurveRow, Evaluated, Target, UpdateSeconds},

@@ -3,6 +3,7 @@
 mod bad_input;
 mod damaged_checkpoints;
 mod diagnostics;
+mod distilling;
 mod evaluating;
 mod folders;
 mod noise;

@@ -9,7 +9,7 @@ use crate::learn::run::env::LearnEnv;
 /// What identifies an environment. It has no id, because a user's environment has none.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct EnvMark<S> {
+pub(crate) struct EnvMark<S> {
     action_space: BoxSpace<f32>,
     observation_space: Space,
     outcomes: Vec<Outcome>,
@@ -30,13 +30,13 @@ struct Outcome {
 
 impl<S: DeserializeOwned> EnvMark<S> {
     /// Reads a mark, or returns how the environment differs.
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
+    pub(crate) fn read(bytes: &[u8]) -> Result<Self, String> {
         serde_json::from_slice(bytes)
             .map_err(|error| format!("its state has a different form: {error}"))
     }
 
     /// Marks an environment whose goals have `goal_len` numbers.
-    pub(super) fn of<E>(env: &E, goal_len: usize) -> Self
+    pub(crate) fn of<E>(env: &E, goal_len: usize) -> Self
     where
         E: LearnEnv + SnapshotEnv<Snapshot = S>,
     {
@@ -50,7 +50,7 @@ impl<S: DeserializeOwned> EnvMark<S> {
 
     /// Returns how an environment differs. One that does not differ is left as it was before its
     /// first reset.
-    pub(super) fn check<E>(&self, env: &mut E, goal_len: usize) -> Result<(), String>
+    pub(crate) fn check<E>(&self, env: &mut E, goal_len: usize) -> Result<(), String>
     where
         E: LearnEnv + SnapshotEnv<Snapshot = S>,
     {

@@ -16,11 +16,11 @@ use crate::learn::run::trainer::Rest;
 use crate::learn::settings::train::TrainSettings;
 
 /// The version of the format.
-pub(super) const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
 
-pub(super) const STATE: &str = "state.json";
-pub(super) const NETWORKS: &str = "networks.safetensors";
-pub(super) const ENVIRONMENT: &str = "environment.json";
+pub(crate) const STATE: &str = "state.json";
+pub(crate) const NETWORKS: &str = "networks.safetensors";
+pub(crate) const ENVIRONMENT: &str = "environment.json";
 
 /// The state that all processes share, except the networks.
 #[derive(Serialize, Deserialize)]
@@ -62,7 +62,7 @@ pub(super) fn buffer_name(rank: usize) -> String {
     format!("rank-{rank}.buffer")
 }
 
-pub(super) fn checkpoint_path(folder: &Path, steps: u64) -> PathBuf {
+pub(crate) fn checkpoint_path(folder: &Path, steps: u64) -> PathBuf {
     folder.join(format!("checkpoint-{steps:012}.zip"))
 }
 
@@ -153,7 +153,7 @@ impl<S: DeserializeOwned> Own<S> {
     }
 }
 
-fn check_counts<const N: usize>(counts: [(&str, u64); N]) -> Result<(), String> {
+pub(crate) fn check_counts<const N: usize>(counts: [(&str, u64); N]) -> Result<(), String> {
     match counts.iter().find(|(_, count)| *count > MAX_COUNT) {
         Some((what, count)) => Err(format!("it counts {count} {what}")),
         None => Ok(()),

@@ -96,8 +96,8 @@ fn entry<'a, R: Read + Seek>(
 }
 
 /// The last checkpoint of a folder.
-struct CheckpointFile {
-    path: PathBuf,
+pub(crate) struct CheckpointFile {
+    pub(crate) path: PathBuf,
     before: Option<PathBuf>,
     archive: ZipArchive<BufReader<File>>,
     /// The number of bytes of entries that may still be read.
@@ -106,7 +106,7 @@ struct CheckpointFile {
 
 impl CheckpointFile {
     /// Opens the last checkpoint, to be read by `num_ranks` processes.
-    fn open(folder: &Path, num_ranks: usize) -> Result<Self, Error> {
+    pub(crate) fn open(folder: &Path, num_ranks: usize) -> Result<Self, Error> {
         let mut all = checkpoints(folder)
             .map_err(|source| Error::Read { path: folder.to_owned(), source })?;
         let path = all.pop().ok_or_else(|| Error::None { folder: folder.to_owned() })?;
@@ -121,7 +121,7 @@ impl CheckpointFile {
         }
     }
 
-    fn entry(&mut self, name: &str) -> Result<Vec<u8>, Error> {
+    pub(crate) fn entry(&mut self, name: &str) -> Result<Vec<u8>, Error> {
         self.read(name).map_err(|error| self.damaged(error.to_string()))
     }
 
@@ -134,7 +134,7 @@ impl CheckpointFile {
         Ok(bytes)
     }
 
-    fn damaged(&self, reason: String) -> Error {
+    pub(crate) fn damaged(&self, reason: String) -> Error {
         Error::Damaged { path: self.path.clone(), reason, before: self.before.clone() }
     }
 }

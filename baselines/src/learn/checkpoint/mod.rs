@@ -5,8 +5,8 @@
 //! compressed. The first process writes it to a temporary file, which it then renames: a run that
 //! is killed while it writes leaves the last checkpoint as it was.
 
-mod environment;
+pub(crate) mod environment;
 pub(crate) mod format;
-mod load;
+pub(crate) mod load;
 pub(crate) mod resume;
-mod save;
+pub(crate) mod save;

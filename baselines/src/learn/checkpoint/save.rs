@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::environment::EnvMark;
 use super::format::{
-    ENVIRONMENT, Header, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
+    ENVIRONMENT, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
     checkpoints_by_steps, own_name, parse,
 };
 use super::load::header;
@@ -95,52 +95,11 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         own: &[u8],
         others: &[[Vec<u8>; 2]],
     ) -> Result<(), Error> {
-        let failed = |source| Error::Write { path: path.to_owned(), source };
-        fs::create_dir_all(folder).map_err(failed)?;
-        let older = self.older_checkpoints(folder, path)?;
         let unreadable = |reason| Error::Unreadable { path: path.to_owned(), reason };
+        let (steps, run_id) = (self.counters.steps, self.run_id);
+        check_folder(folder, steps, run_id)?;
         let parts = self.parts(demonstrated, own, others).map_err(unreadable)?;
-        // What a killed process of this run has left.
-        files::remove_unfinished(folder, &self.mark()).map_err(failed)?;
-        self.write_archive(path, &parts).map_err(failed)?;
-        let stale = older.len().saturating_sub(KEPT - 1);
-        for path in &older[..stale] {
-            match fs::remove_file(path) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(error)),
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns the mark of unfinished checkpoints, which only this run's have.
-    fn mark(&self) -> String {
-        format!("{:016x}", self.run_id)
-    }
-
-    /// Returns the checkpoints of this run in a folder that are older than the one at `path`,
-    /// oldest first. One that cannot be read stays as it is.
-    fn older_checkpoints(&self, folder: &Path, path: &Path) -> Result<Vec<PathBuf>, Error> {
-        let mut older = Vec::new();
-        let all = checkpoints_by_steps(folder)
-            .map_err(|source| Error::Read { path: folder.to_owned(), source })?;
-        for (steps, other) in all {
-            match header(&other) {
-                Ok(Header { version: VERSION, run_id }) if run_id == self.run_id => {
-                    if steps < self.counters.steps {
-                        older.push(other);
-                    }
-                }
-                Err(_) if other != path => {}
-                _ => return Err(Error::OtherRun { path: other }),
-            }
-        }
-        Ok(older)
-    }
-
-    fn write_archive(&mut self, path: &Path, parts: &Parts<'_>) -> io::Result<()> {
-        files::replace_marked(path, &self.mark(), |file| {
-            let mut archive = Archive::new(file);
+        write_checkpoint(folder, steps, run_id, |archive| {
             archive.part(STATE)?.write_all(&parts.state)?;
             archive.part(NETWORKS)?.write_all(&parts.networks)?;
             archive.part(ENVIRONMENT)?.write_all(&parts.environment)?;
@@ -150,7 +109,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
                 archive.part(&own_name(rank))?.write_all(state)?;
                 archive.part(&buffer_name(rank))?.write_all(buffer)?;
             }
-            archive.finish()
+            Ok(())
         })
     }
 
@@ -199,6 +158,59 @@ struct Parts<'a> {
     others: &'a [[Vec<u8>; 2]],
 }
 
-fn json(value: &impl Serialize) -> Result<Vec<u8>, String> {
+/// Writes a checkpoint of a run that has taken `steps` steps, and removes those that it makes
+/// obsolete.
+pub(crate) fn write_checkpoint(
+    folder: &Path,
+    steps: u64,
+    run_id: u64,
+    write: impl FnOnce(&mut Archive<'_>) -> io::Result<()>,
+) -> Result<(), Error> {
+    let path = checkpoint_path(folder, steps);
+    let failed = |source| Error::Write { path: path.clone(), source };
+    let older = check_folder(folder, steps, run_id)?;
+    // Only this run's unfinished checkpoints have the mark.
+    let mark = format!("{run_id:016x}");
+    // What a killed process of this run has left.
+    files::remove_unfinished(folder, &mark).map_err(failed)?;
+    let written = files::replace_marked(&path, &mark, |file| {
+        let mut archive = Archive::new(file);
+        write(&mut archive)?;
+        archive.finish()
+    });
+    written.map_err(failed)?;
+    let stale = older.len().saturating_sub(KEPT - 1);
+    for path in &older[..stale] {
+        match fs::remove_file(path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(error)),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Creates a folder if needed, and returns its checkpoints of a run before `steps` steps, oldest
+/// first. One that cannot be read stays as it is.
+fn check_folder(folder: &Path, steps: u64, run_id: u64) -> Result<Vec<PathBuf>, Error> {
+    let path = checkpoint_path(folder, steps);
+    fs::create_dir_all(folder).map_err(|source| Error::Write { path: path.clone(), source })?;
+    let mut older = Vec::new();
+    let all = checkpoints_by_steps(folder)
+        .map_err(|source| Error::Read { path: folder.to_owned(), source })?;
+    for (number, other) in all {
+        match header(&other) {
+            Ok(header) if header.version == VERSION && header.run_id == run_id => {
+                if number < steps {
+                    older.push(other);
+                }
+            }
+            Err(_) if other != path => {}
+            _ => return Err(Error::OtherRun { path: other }),
+        }
+    }
+    Ok(older)
+}
+
+pub(crate) fn json(value: &impl Serialize) -> Result<Vec<u8>, String> {
     serde_json::to_vec(value).map_err(|error| error.to_string())
 }

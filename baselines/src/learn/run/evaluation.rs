@@ -15,7 +15,7 @@ use crate::workers::{agree, share};
 
 /// The seed of the first evaluation's first episode. The seeds of training are below 2^40, except
 /// those of far starts.
-const EVALUATION_SEED: u64 = 1 << 41;
+pub(crate) const EVALUATION_SEED: u64 = 1 << 41;
 
 impl<E: LearnEnv> Trainer<E> {
     /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no

@@ -1,5 +1,7 @@
 //! The inputs of a network: normalized observations and goals.
 
+use std::collections::BTreeSet;
+
 use her_relabel::{
     Dims, InputError, JoinedGoal, Normalizer, NormalizerConfig, NormalizerError, Normalizers,
     Scalar, StateRows,
@@ -7,6 +9,7 @@ use her_relabel::{
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
+use crate::learn::error::TrainError;
 use crate::learn::settings::train::InputSettings;
 use crate::normal::standard_normal;
 use crate::trained::{InputPart, LayerWeights};
@@ -146,4 +149,19 @@ impl Inputs {
             }
         }
     }
+}
+
+/// Checks that there are such elements of an observation, and that none is named twice.
+pub(crate) fn check_left_out(left_out: &[usize], dims: Dims) -> Result<(), TrainError> {
+    let elements: BTreeSet<_> = left_out.iter().collect();
+    if elements.len() == left_out.len()
+        && elements.last().is_none_or(|last| **last < dims.observation)
+    {
+        return Ok(());
+    }
+    Err(TrainError::Setting {
+        name: "left_out",
+        value: format!("{left_out:?}"),
+        expected: "choose elements of the observation, counted from 0, each once",
+    })
 }

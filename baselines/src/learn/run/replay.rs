@@ -1,6 +1,5 @@
 //! The part of a run that holds transitions and draws them.
 
-use std::collections::BTreeSet;
 use std::iter::repeat_n;
 use std::num::NonZeroUsize;
 use std::ops::RangeInclusive;
@@ -17,7 +16,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::demonstrated::Demonstrated;
 use super::env::LearnEnv;
-use super::inputs::Inputs;
+use super::inputs::{Inputs, check_left_out};
 use super::last_cycle::LastCycle;
 use super::seeds::{SeedUse, seed_for};
 use super::stricter::Stricter;
@@ -69,16 +68,7 @@ impl<E: LearnEnv> Replay<E> {
             config = config.with_motionless_episodes(still.with_seed(seed));
         }
         let dims = config.dims();
-        let left_out: BTreeSet<_> = inputs.left_out.iter().collect();
-        if left_out.len() < inputs.left_out.len()
-            || left_out.last().is_some_and(|last| **last >= dims.observation)
-        {
-            return Err(TrainError::Setting {
-                name: "left_out",
-                value: format!("{:?}", inputs.left_out),
-                expected: "choose elements of the observation, counted from 0, each once",
-            });
-        }
+        check_left_out(&inputs.left_out, dims)?;
         let sampler = sampler(replay)?;
         Ok(Self {
             demonstrated: Demonstrated::default(),

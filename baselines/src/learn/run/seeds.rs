@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// A use of random numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum SeedUse {
+pub(crate) enum SeedUse {
     /// The first weights, and the noise of updates.
     Algorithm,
     /// The episodes that are collected.
@@ -30,12 +30,12 @@ pub(super) enum SeedUse {
 }
 
 /// Returns the seed of a process's own random numbers: for the first process, that of the run.
-pub(super) fn seed_of_rank(seed: u64, rank: usize) -> u64 {
+pub(crate) fn seed_of_rank(seed: u64, rank: usize) -> u64 {
     if rank == 0 { seed } else { seed_for(seed, SeedUse::Ranks, rank as u64) }
 }
 
 /// Returns seed `number` of a use, of a run with `seed`. `number` is below 2^56.
-pub(super) fn seed_for(seed: u64, seed_use: SeedUse, number: u64) -> u64 {
+pub(crate) fn seed_for(seed: u64, seed_use: SeedUse, number: u64) -> u64 {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream((seed_use as u64) << 56 | number);
     rng.next_u64()

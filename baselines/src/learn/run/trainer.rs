@@ -60,7 +60,7 @@ const UNOPTIMIZED: &str = "learning is about 160 times slower in a debug build: 
      add the two lines [profile.dev.package.\"*\"] and opt-level = 3 to your Cargo.toml";
 
 /// Makes environments that are stepped together.
-fn vec_env<E: LearnEnv>(
+pub(crate) fn vec_env<E: LearnEnv>(
     envs: impl Iterator<Item = Result<E, EnvError>>,
     config: VecConfig,
 ) -> Result<VecEnv<E>, TrainError> {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use fetch_env::Task;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
 
 use super::train::TrainSettings;
@@ -95,13 +95,7 @@ impl TrainSettings {
     /// # Errors
     /// [`SettingError`].
     pub fn with(&self, assignment: &str) -> Result<Self, SettingError> {
-        let (key, text) = assignment.split_once('=').ok_or(SettingError::NoAssignment)?;
-        let is_word = text.bytes().all(|byte| byte.is_ascii_lowercase());
-        let value = match serde_json::from_str(text) {
-            Ok(value) => value,
-            Err(_) if is_word => Value::String(text.to_owned()),
-            Err(_) => return Err(SettingError::NoValue { text: text.to_owned() }),
-        };
+        let (key, value) = assigned(assignment)?;
         self.with_value(key, value)
     }
 
@@ -110,18 +104,7 @@ impl TrainSettings {
     /// # Errors
     /// [`SettingError`].
     pub fn with_value(&self, key: &str, to: Value) -> Result<Self, SettingError> {
-        let mut all = self.to_json();
-        let Some(place) = find(&mut all, key) else {
-            let names = names(&all);
-            let nearest = nearest(names.iter().map(String::as_str), key).to_owned();
-            return Err(SettingError::NoSetting { key: key.to_owned(), nearest, names });
-        };
-        let value = to.to_string();
-        *place = to;
-        let changed: Self = serde_json::from_value(all).map_err(|error| {
-            let (key, reason) = (key.to_owned(), error.to_string());
-            SettingError::Value { key, value, reason }
-        })?;
+        let changed: Self = changed(self.to_json(), key, to)?;
         changed.check()?;
         Ok(changed)
     }
@@ -148,6 +131,36 @@ pub const fn limits(task: Task) -> (u64, f64) {
         Task::PickAndPlace => (1_500_000, 0.9),
         Task::Slide => (4_000_000, 0.7),
     }
+}
+
+/// Returns the key and the value of an assignment.
+pub(crate) fn assigned(assignment: &str) -> Result<(&str, Value), SettingError> {
+    let (key, text) = assignment.split_once('=').ok_or(SettingError::NoAssignment)?;
+    let is_word = text.bytes().all(|byte| byte.is_ascii_lowercase());
+    match serde_json::from_str(text) {
+        Ok(value) => Ok((key, value)),
+        Err(_) if is_word => Ok((key, Value::String(text.to_owned()))),
+        Err(_) => Err(SettingError::NoValue { text: text.to_owned() }),
+    }
+}
+
+/// Returns settings with the one of this name changed, not yet checked.
+pub(crate) fn changed<T: DeserializeOwned>(
+    mut all: Value,
+    key: &str,
+    to: Value,
+) -> Result<T, SettingError> {
+    let Some(place) = find(&mut all, key) else {
+        let names = names(&all);
+        let nearest = nearest(names.iter().map(String::as_str), key).to_owned();
+        return Err(SettingError::NoSetting { key: key.to_owned(), nearest, names });
+    };
+    let value = to.to_string();
+    *place = to;
+    serde_json::from_value(all).map_err(|error| {
+        let (key, reason) = (key.to_owned(), error.to_string());
+        SettingError::Value { key, value, reason }
+    })
 }
 
 /// Returns the place of a setting in the tree of all.

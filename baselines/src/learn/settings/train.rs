@@ -152,7 +152,7 @@ impl TrainSettings {
     }
 }
 
-fn json_of(settings: &impl Serialize) -> Value {
+pub(crate) fn json_of(settings: &impl Serialize) -> Value {
     serde_json::to_string(settings).and_then(|text| serde_json::from_str(&text)).unwrap_or_default()
 }
 

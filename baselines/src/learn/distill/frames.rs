@@ -1,0 +1,89 @@
+//! The states that a distiller has seen, and the teacher's actions in them.
+
+use her_relabel::StateRows;
+
+/// The newest states: pictures, observations, goals and the teacher's actions, a row for each.
+pub(super) struct Frames {
+    capacity: usize,
+    /// The number of all states so far; more than the capacity if the oldest were replaced.
+    pub(super) total: u64,
+    /// Bytes, until they are used.
+    pub(super) pictures: Vec<u8>,
+    pub(super) observation: Vec<f64>,
+    pub(super) achieved_goal: Vec<f64>,
+    pub(super) desired_goal: Vec<f64>,
+    pub(super) action: Vec<f32>,
+}
+
+impl Frames {
+    pub(super) const fn new(capacity: usize) -> Self {
+        Self {
+            capacity,
+            total: 0,
+            pictures: Vec::new(),
+            observation: Vec::new(),
+            achieved_goal: Vec::new(),
+            desired_goal: Vec::new(),
+            action: Vec::new(),
+        }
+    }
+
+    /// Returns the number of rows.
+    pub(super) fn len(&self) -> usize {
+        self.capacity.min(usize::try_from(self.total).unwrap_or(usize::MAX))
+    }
+
+    /// Adds `count` rows, each after the one before or in the place of the oldest one.
+    pub(super) fn add(
+        &mut self,
+        count: usize,
+        pictures: &[u8],
+        states: &StateRows<'_, f64>,
+        action: &[f32],
+    ) {
+        for row in 0..count {
+            let to = (self.total % self.capacity as u64) as usize;
+            put(&mut self.pictures, to, pictures, row, count);
+            put(&mut self.observation, to, states.observation, row, count);
+            put(&mut self.achieved_goal, to, states.achieved_goal, row, count);
+            put(&mut self.desired_goal, to, states.desired_goal, row, count);
+            put(&mut self.action, to, action, row, count);
+            self.total += 1;
+        }
+    }
+
+    /// Replaces these rows by rows of others.
+    pub(super) fn gather(&mut self, others: &Self, rows: &[usize]) {
+        let len = others.len();
+        gather(&mut self.pictures, &others.pictures, rows, len);
+        gather(&mut self.observation, &others.observation, rows, len);
+        gather(&mut self.achieved_goal, &others.achieved_goal, rows, len);
+        gather(&mut self.desired_goal, &others.desired_goal, rows, len);
+        gather(&mut self.action, &others.action, rows, len);
+    }
+
+    /// Returns observations and goals.
+    pub(super) fn states(&self) -> StateRows<'_, f64> {
+        StateRows {
+            observation: &self.observation,
+            achieved_goal: &self.achieved_goal,
+            desired_goal: &self.desired_goal,
+        }
+    }
+}
+
+/// Writes row `row` of `count` to row `to`, which may be the next new one.
+fn put<T: Copy>(column: &mut Vec<T>, to: usize, rows: &[T], row: usize, count: usize) {
+    let len = rows.len() / count;
+    let row = &rows[row * len..][..len];
+    match column.get_mut(to * len..(to + 1) * len) {
+        Some(place) => place.copy_from_slice(row),
+        None => column.extend_from_slice(row),
+    }
+}
+
+fn gather<T: Copy>(column: &mut Vec<T>, other: &[T], rows: &[usize], count: usize) {
+    let len = other.len() / count;
+    column.clear();
+    rows.iter().for_each(|row| column.extend_from_slice(&other[row * len..][..len]));
+}

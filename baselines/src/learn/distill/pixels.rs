@@ -1,0 +1,110 @@
+//! Students that see pictures.
+
+use std::path::Path;
+
+use fetch_env::vec_env::BatchObservation;
+use fetch_env::{EnvError, Info, PictureRows, SnapshotEnv, Space};
+use her_relabel::Dims;
+
+use super::distiller::{Distiller, Pictures};
+use super::settings::DistillSettings;
+use super::student::{Student, StudentNetwork};
+use crate::learn::error::{CheckpointError, TrainError};
+use crate::learn::network::{Convolution, PictureShape};
+use crate::learn::run::env::LearnEnv;
+use crate::policy::VecPolicy;
+use crate::trained::{PixelPolicy, Sight, TrainedPolicyError};
+
+/// For environments whose observations have pictures, as those with an
+/// [`AddRenderObservation`](fetch_env::AddRenderObservation) do.
+impl<E> Distiller<E>
+where
+    E: LearnEnv<Observation: BatchObservation<Rows: AsRef<PictureRows>>, Info: AsRef<Info>>,
+{
+    /// Prepares to distill a teacher that sees the state into a network that sees pictures, the
+    /// fields of `sight` and the desired goal. `make` makes environments with the pictures of
+    /// `sight`; the network has [`Convolution::DEFAULT`]. Otherwise as [`new`](Self::new).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`TrainError::Frames`] or [`TrainError::Picture`] if there is no
+    /// network for the pictures.
+    pub fn with_pixels(
+        make: impl Fn() -> Result<E, EnvError>,
+        teacher: Box<dyn VecPolicy<E::Observation, E::Info>>,
+        sight: &Sight,
+        settings: DistillSettings,
+        seed: u64,
+        num_threads: usize,
+    ) -> Result<Self, TrainError> {
+        let student = |env: &E, dims: Dims, settings: &DistillSettings, rates, seed| {
+            let size = picture_size(env.observation_space()).ok_or(TrainError::Frames)?;
+            let fields = sight.fields.iter().map(|field| field.range.clone());
+            if let Some(range) = fields.clone().find(|range| range.end > dims.observation) {
+                return Err(TrainError::Setting {
+                    name: "fields",
+                    value: format!("{range:?}"),
+                    expected: "choose elements of the observation, counted from 0",
+                });
+            }
+            let goal = dims.observation..dims.observation + dims.goal;
+            let columns: Vec<usize> = fields.chain([goal]).flatten().collect();
+            let (convolutions, hidden) = (&Convolution::DEFAULT, &settings.hidden);
+            let shape = PictureShape::new(size, convolutions, columns.len(), hidden, dims.action)?;
+            Ok((Student::of_pixels(shape, rates, seed), Some(columns)))
+        };
+        let pictures: Pictures<E> = |batch| batch.pixels();
+        Self::with_student(make, teacher, settings, seed, num_threads, Some(pictures), student)
+    }
+
+    /// Continues a run of [`with_pixels`](Self::with_pixels), otherwise as [`resume`](Self::resume).
+    ///
+    /// # Errors
+    /// As [`resume`](Self::resume).
+    pub fn resume_pixels(
+        make: impl Fn() -> Result<E, EnvError>,
+        teacher: Box<dyn VecPolicy<E::Observation, E::Info>>,
+        sight: &Sight,
+        folder: impl AsRef<Path>,
+        num_threads: usize,
+    ) -> Result<Self, CheckpointError>
+    where
+        E: SnapshotEnv,
+    {
+        Self::resume_with(folder.as_ref(), |settings, seed| {
+            Ok(Self::with_pixels(make, teacher, sight, settings, seed, num_threads)?)
+        })
+    }
+
+    /// Returns the student that acts, as it is now, if it was made to see pictures with `sight`.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError::NotFinite`] if it has diverged, and [`TrainedPolicyError::Sight`] if it
+    /// sees something else.
+    pub fn pixel_policy(
+        &self,
+        env_id: &str,
+        sight: &Sight,
+    ) -> Result<PixelPolicy, TrainedPolicyError> {
+        let header = self.header(env_id);
+        match &self.student.averaged {
+            StudentNetwork::Pixels(network) if self.columns == Some(sight.columns(&header)?) => {
+                PixelPolicy::new(header, sight.clone(), network.clone())
+            }
+            _ => {
+                let reason = "the student sees other fields".to_owned();
+                Err(TrainedPolicyError::Sight { reason })
+            }
+        }
+    }
+}
+
+/// Returns the height and the width of single RGB pictures with the channels last.
+fn picture_size(space: &Space) -> Option<[usize; 2]> {
+    match space.as_dict()?.get("pixels")? {
+        Space::Image(image) => match image.shape() {
+            [height, width, 3] => Some([height, width]),
+            _ => None,
+        },
+        _ => None,
+    }
+}

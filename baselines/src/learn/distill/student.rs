@@ -1,0 +1,153 @@
+//! The networks that a distiller trains.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::frames::Frames;
+#[cfg(feature = "render")]
+use crate::learn::network::PictureShape;
+use crate::learn::network::adam::Adam;
+use crate::learn::network::pass::Pass;
+use crate::learn::network::perceptron::{Network, Shape};
+use crate::learn::network::{PictureNetwork, PicturePass};
+use crate::tanh::tanh;
+
+/// A network, whatever it sees.
+#[derive(Clone)]
+pub(super) enum StudentNetwork {
+    /// Sees the numbers alone.
+    State(Network),
+    /// Sees a picture, too.
+    #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "there are no pictures"))]
+    Pixels(PictureNetwork),
+}
+
+/// A pass through either network.
+#[derive(Default)]
+struct EitherPass {
+    state: Pass,
+    pixels: PicturePass,
+}
+
+/// A network that learns, and its average that acts.
+pub(super) struct Student {
+    pub(super) learning: StudentNetwork,
+    pub(super) averaged: StudentNetwork,
+    pub(super) adam: Adam,
+    average_fraction: f32,
+    pass: EitherPass,
+    gradient: Vec<f32>,
+}
+
+impl StudentNetwork {
+    fn parameters_mut(&mut self) -> &mut [f32] {
+        match self {
+            Self::State(network) => &mut network.parameters,
+            Self::Pixels(network) => network.parameters_mut(),
+        }
+    }
+
+    fn follow(&mut self, other: &Self, fraction: f32) {
+        match (self, other) {
+            (Self::State(own), Self::State(other)) => own.follow(other, fraction),
+            (Self::Pixels(own), Self::Pixels(other)) => own.follow(other, fraction),
+            // Never: one is made of the other.
+            _ => {}
+        }
+    }
+
+    /// Returns the parameters, and all else that was learned, each with its name.
+    pub(super) fn vectors_mut(&mut self) -> Vec<(&'static str, &mut Vec<f32>)> {
+        match self {
+            Self::State(network) => network.vectors_mut().into(),
+            Self::Pixels(network) => network.vectors_mut().into(),
+        }
+    }
+}
+
+impl EitherPass {
+    fn run(&mut self, network: &StudentNetwork, pictures: &[u8], numbers: &[f32]) -> &[f32] {
+        match network {
+            StudentNetwork::State(network) => self.state.run(network, numbers),
+            StudentNetwork::Pixels(network) => self.pixels.run(network, pictures, numbers),
+        }
+    }
+
+    fn backward(
+        &mut self,
+        network: &StudentNetwork,
+        slope: impl Fn(usize, f32) -> f32,
+        gradient: &mut [f32],
+    ) {
+        match network {
+            StudentNetwork::State(network) => {
+                self.state.backward(network, slope, Some(gradient), 0);
+            }
+            StudentNetwork::Pixels(network) => self.pixels.backward(network, slope, gradient),
+        }
+    }
+}
+
+impl Student {
+    /// Draws a student that sees numbers alone.
+    pub(super) fn of_state(shape: Shape, [rate, average]: [f32; 2], seed: u64) -> Self {
+        let network = Network::init(shape, 1.0, &mut ChaCha8Rng::seed_from_u64(seed));
+        Self::new(StudentNetwork::State(network), rate, average)
+    }
+
+    /// Draws a student that sees pictures and numbers.
+    #[cfg(feature = "render")]
+    pub(super) fn of_pixels(shape: PictureShape, [rate, average]: [f32; 2], seed: u64) -> Self {
+        let network = PictureNetwork::init(shape, &mut ChaCha8Rng::seed_from_u64(seed));
+        Self::new(StudentNetwork::Pixels(network), rate, average)
+    }
+
+    fn new(mut network: StudentNetwork, learning_rate: f32, average_fraction: f32) -> Self {
+        let len = network.parameters_mut().len();
+        Self {
+            averaged: network.clone(),
+            learning: network,
+            adam: Adam::new(learning_rate, len),
+            average_fraction,
+            pass: EitherPass::default(),
+            gradient: vec![0.0; len],
+        }
+    }
+
+    /// Sets the scale of pictures, from some of them.
+    pub(super) fn measure(&mut self, pictures: &[u8]) {
+        for network in [&mut self.learning, &mut self.averaged] {
+            if let StudentNetwork::Pixels(network) = network {
+                network.measure(pictures);
+            }
+        }
+    }
+
+    /// Writes the average's actions for pictures and numbers, a row for each.
+    pub(super) fn act(&mut self, pictures: &[u8], numbers: &[f32], actions: &mut [f32]) {
+        let outputs = self.pass.run(&self.averaged, pictures, numbers);
+        actions.iter_mut().zip(outputs).for_each(|(action, output)| *action = tanh(*output));
+    }
+
+    /// Takes step `number`, counted from 1, towards the teacher's actions of a batch. Returns the
+    /// mean squared error before it.
+    pub(super) fn update(&mut self, number: u64, batch: &Frames, numbers: &[f32]) -> f32 {
+        let Self { learning, averaged, adam, pass, gradient, .. } = self;
+        let targets = &batch.action;
+        let share = 1.0 / targets.len() as f32;
+        let outputs = pass.run(learning, &batch.pictures, numbers);
+        let actions: Vec<f32> = outputs.iter().map(|output| tanh(*output)).collect();
+        let errors = actions.iter().zip(targets).map(|(action, target)| action - target);
+        let loss = errors.map(|error| error * error).sum::<f32>() * share;
+        let slope = |index: usize, _| {
+            let action = actions[index];
+            2.0 * share * (action - targets[index]) * (1.0 - action * action)
+        };
+        pass.backward(learning, slope, gradient);
+        adam.step(number, 1.0, learning.parameters_mut(), gradient);
+        // At first, the average of about the last tenth of all updates.
+        let early = 9.0 / (number as f32 + 9.0);
+        averaged.follow(learning, self.average_fraction.max(early));
+        loss
+    }
+}
