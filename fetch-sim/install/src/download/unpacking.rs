@@ -100,13 +100,21 @@ impl Drop for Unpacking<'_> {
 fn lock(staging: &Path) -> io::Result<LockFile> {
     let path = staging.join(LOCK);
     loop {
-        fs::create_dir_all(staging)?;
-        if !fs::symlink_metadata(staging)?.is_dir() {
-            return Err(ErrorKind::NotADirectory.into());
+        match fs::create_dir_all(staging) {
+            // It was there, and another process has removed it since.
+            Err(error)
+                if error.kind() == ErrorKind::AlreadyExists
+                    && staging.parent().is_some_and(Path::is_dir) => {}
+            made => made?,
         }
-        match LockFile::lock(&path) {
+        let locked = match fs::symlink_metadata(staging) {
+            Ok(metadata) if !metadata.is_dir() => return Err(ErrorKind::NotADirectory.into()),
+            Ok(_) => LockFile::lock(&path),
+            Err(error) => Err(error),
+        };
+        match locked {
             Ok(Some(lock)) => return Ok(lock),
-            // The process that held the lock removed the file when it was done.
+            // The process that held the lock removed the file, or the folder, when it was done.
             Ok(None) => {}
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error),
