@@ -170,6 +170,14 @@ pub enum RunError {
         /// Its error.
         source: EnvError,
     },
+    /// An environment failed while a student was distilled.
+    #[error("environment {env_index} failed: check it with fetch_env::check")]
+    Environment {
+        /// The environment, counted from 0.
+        env_index: usize,
+        /// Its error.
+        source: EnvError,
+    },
     /// A teacher does not know what to do in a state.
     #[error("the teacher has no finite action in environment {env_index}: choose another teacher")]
     Teacher {

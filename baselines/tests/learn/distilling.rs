@@ -130,6 +130,11 @@ fn what_cannot_be_distilled_is_refused() {
     let error = distiller.run(1, None, |_, _| ControlFlow::Continue(())).unwrap_err();
     let TrainError::Run { source, .. } = error else { panic!("{error}") };
     assert!(matches!(*source, RunError::Teacher { env_index: 0 }), "{source}");
+    // The third environment has no teacher.
+    let two = Box::new(EachEnv::new(ScriptedPolicy::new(Task::PickAndPlace), 2));
+    let error = new(two, settings.clone()).unwrap().cycle(1, || true).unwrap_err();
+    let TrainError::Run { source, .. } = error else { panic!("{error}") };
+    assert!(matches!(*source, RunError::Teacher { env_index: 2 }), "{source}");
     let error = settings.with("learning_rat=1").unwrap_err();
     assert!(error.to_string().contains("learning_rate"), "{error}");
     assert!(settings.with("batch_size=0").is_err());

@@ -99,7 +99,7 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
             let batch = self.envs.last_step();
             if let Some((env_index, error)) = batch.errors().next() {
                 let source = error.clone();
-                return Err(self.failed(RunError::AllFailed { env_index, source }));
+                return Err(self.failed(RunError::Environment { env_index, source }));
             }
             let observation: Vec<f64> =
                 batch.observation().iter().map(|number| number.to_f64()).collect();

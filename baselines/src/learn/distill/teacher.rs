@@ -14,7 +14,9 @@ use crate::policy::{Policy, PolicyError, VecPolicy};
 pub struct EachEnv<P>(Vec<P>);
 
 impl<P> EachEnv<P> {
-    /// Returns a policy that is a clone of `policy` in each of `num_envs` environments.
+    /// Returns a policy that is a clone of `policy` in each of `num_envs` environments. In more of them
+    /// than these, its actions are NaN, which environments and a [`Distiller`](crate::learn::Distiller)
+    /// refuse.
     #[must_use]
     pub fn new(policy: P, num_envs: usize) -> Self
     where
@@ -70,6 +72,8 @@ impl<O: GoalObservation<Element: Scalar>, I, P: Policy<EnvState>> VecPolicy<O, I
     fn act_all(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
         let rows = batch.len().max(1);
         let len = |all: usize, row: usize| row * (all / rows)..(row + 1) * (all / rows);
+        // An environment without a policy of its own has no action.
+        actions.fill(f32::NAN);
         for (row, policy) in self.0.iter_mut().enumerate().take(batch.len()) {
             if batch.started()[row] {
                 policy.reset();
