@@ -119,6 +119,7 @@ mod extension;
 pub mod finding_mujoco {}
 mod kinematic;
 mod looks;
+mod memory;
 mod model_files;
 #[cfg(feature = "mujoco")]
 mod mujoco;
@@ -136,6 +137,7 @@ pub use error::{SimError, TriedLibrary};
 pub use extension::Extension;
 pub use kinematic::KinematicSimulator;
 pub use looks::{LookFactor, Looks};
+pub use memory::check_memory;
 pub use model_files::ModelFiles;
 #[cfg(feature = "mujoco")]
 pub use mujoco::*;

@@ -158,10 +158,10 @@ def test_files_are_named_with_the_systems_number(tmp_path):
 
 
 MAKES_TOO_MANY = """
-import resource, fetch_env
+import resource, sys, fetch_env
 fetch_env.FetchVectorEnv("FetchPush-v4", 2)
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, [used + 200 * 2**20] * 2)
+resource.setrlimit(resource.RLIMIT_AS, [used + int(sys.argv[1]) * 2**20] * 2)
 try:
     fetch_env.FetchVectorEnv("FetchPush-v4", 65_536)
 except MemoryError as error:
@@ -181,14 +181,15 @@ except KeyboardInterrupt:
 """
 
 
-def said_by(program):
+def said_by(program, *arguments):
     """Return what a program in Python prints."""
-    command = [sys.executable, "-c", program]
+    command = [sys.executable, "-c", program, *arguments]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout  # noqa: S603
 
 
-def test_too_many_environments_for_the_memory_say_so():
-    assert "make fewer environments" in said_by(MAKES_TOO_MANY)
+@pytest.mark.parametrize("megabytes", ["60", "200", "700"])
+def test_too_many_environments_for_the_memory_say_so(megabytes):
+    assert "make fewer environments" in said_by(MAKES_TOO_MANY, megabytes)
 
 
 def test_ctrl_c_ends_the_making_of_many():

@@ -1,6 +1,6 @@
 //! Environments on the kinematic simulator, single or vectorized.
 
-use fetch_sim::{KinematicSimulator, Task};
+use fetch_sim::{KinematicSimulator, Task, check_memory};
 use goal_reward::DistanceReward;
 
 use super::{config::FetchConfig, env::FetchEnv, env_id::EnvId, error::MakeError};
@@ -50,6 +50,8 @@ pub fn make_kinematic_vec(
     vec_config: VecConfig,
 ) -> Result<VecEnv<KinematicEnv>, MakeError> {
     check_num_envs(num_envs)?;
+    // As a vector gets them, and as it keeps them.
+    check_memory(2 * num_envs * size_of::<KinematicEnv>(), "the environments")?;
     let config = config.try_into().map_err(Into::into)?;
     let envs: Result<Vec<_>, _> = (0..num_envs).map(|_| make_kinematic(config.clone())).collect();
     Ok(VecEnv::new(envs?, vec_config)?)

@@ -9,7 +9,7 @@ use std::{
     thread,
 };
 
-use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError, Task};
+use fetch_sim::{FetchModel, MujocoSimulator, SimConfig, SimError, Task, check_memory};
 use goal_reward::DistanceReward;
 
 use super::{config::FetchConfig, env::FetchEnv, env_id::EnvId, error::MakeError};
@@ -116,6 +116,8 @@ where
     E: Env<Observation: BatchObservation> + Send + 'static,
 {
     check_num_envs(num_envs)?;
+    // As threads make them, as a vector gets them, and as it keeps them.
+    check_memory(3 * num_envs * size_of::<E>(), "the environments")?;
     let config = &config.try_into().map_err(Into::into)?;
     let threads = vec_config.threads_for(num_envs)?;
     // Keeps the model alive until every environment shares it.

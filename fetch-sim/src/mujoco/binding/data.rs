@@ -10,7 +10,14 @@ use super::{
     model::Model,
     varied_model::VariedModel,
 };
-use crate::{bounds::check_inside, error::SimError};
+use crate::bounds::check_inside;
+use crate::error::SimError;
+use crate::memory::check_memory;
+
+/// What the process can still get beside a simulation, in bytes: more than the small things around
+/// it take. It is also more than the largest block (32 MiB) whose release makes glibc serve the later
+/// ones from its heap.
+const SPARE: usize = 33 << 20;
 
 /// The state of one simulation of a [`Model`].
 ///
@@ -44,6 +51,7 @@ impl Data {
         check(status)?;
         // SAFETY: MuJoCo just made this data for the caller, which drops it before the model.
         let raw = unsafe { Owned::new(raw, "the simulation's data") }?;
+        check_memory(SPARE, "a simulation")?;
         let mut arrays = DataArrays::default();
         // SAFETY: the data is alive and was made from this model; `arrays` is valid for writes.
         unsafe { ffi::fs_data_arrays(model.as_ptr(), raw.as_ptr(), &raw mut arrays) };
