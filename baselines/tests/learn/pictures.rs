@@ -281,7 +281,7 @@ fn impossible_shapes_are_refused() {
 
 #[test]
 fn the_default_network_is_that_of_the_page() -> Result<(), PictureShapeError> {
-    let shape = PictureShape::new([64, 64], &Convolution::DEFAULT, 13, &[256, 256], 4)?;
+    let shape = PictureShape::new([64, 64], &Convolution::defaults([64, 64]), 13, &[256, 256], 4)?;
     assert_eq!((shape.num_points(), shape.num_numbers(), shape.num_outputs()), (32, 13, 4));
     assert_eq!((shape.picture_size(), shape.picture_len()), ([64, 64], 12_288));
     let convolutions = (75 + 1) * 32 + (288 + 1) * 32 + 288 * 32;

@@ -23,7 +23,7 @@ where
 {
     /// Prepares to distill a teacher that sees the state into a network that sees pictures, the
     /// fields of `sight` and the desired goal. `make` makes environments with the pictures of
-    /// `sight`; the network has [`Convolution::DEFAULT`]. Otherwise as [`new`](Self::new).
+    /// `sight`; the network has [`Convolution::defaults`]. Otherwise as [`new`](Self::new).
     ///
     /// # Errors
     /// As [`new`](Self::new), and [`TrainError::Frames`] or [`TrainError::Picture`] if there is no
@@ -48,7 +48,7 @@ where
             }
             let goal = dims.observation..dims.observation + dims.goal;
             let columns: Vec<usize> = fields.chain([goal]).flatten().collect();
-            let (convolutions, hidden) = (&Convolution::DEFAULT, &settings.hidden);
+            let (convolutions, hidden) = (&Convolution::defaults(size), &settings.hidden);
             let shape = PictureShape::new(size, convolutions, columns.len(), hidden, dims.action)?;
             Ok((Student::of_pixels(shape, rates, seed), Some(columns)))
         };

@@ -123,7 +123,7 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
             } else {
                 write(&self.inputs, self.columns.as_deref(), &states, &mut numbers);
                 let student = &mut self.student;
-                self.threads.install(|| student.act(pictures, &numbers, &mut actions));
+                self.threads.install(|| student.explore(pictures, &numbers, &mut actions));
             }
             self.envs.step(&actions)?;
             self.end_episodes(step < steps_per_round)?;

@@ -22,10 +22,10 @@ ranged_settings! {
         /// The number of updates for each step of all environments. A round's updates follow its
         /// steps.
         pub updates_per_step: usize = 2 => 1..=1_000,
-        /// The fraction of the way that the student that acts and is evaluated moves towards the
-        /// learning one after every update. It is larger in the first updates, so that the first
-        /// weights are soon forgotten.
-        pub average_fraction: f32 = 0.002 => 1e-6..=1.0,
+        /// The fraction of the way that the student that is evaluated moves towards the learning one,
+        /// which acts in rounds, after every update. It is larger in the first updates, so that the
+        /// first weights are soon forgotten.
+        pub average_fraction: f32 = 0.005 => 1e-6..=1.0,
         /// The number of environments stepped together.
         pub num_envs: usize = 16 => 1..=1_024,
         /// The number of steps that each environment takes in a round, which begins with new
@@ -35,7 +35,7 @@ ranged_settings! {
         /// inputs. In the later ones the student acts.
         pub teacher_rounds: u64 = 2 => 1..=1_000_000,
         /// The standard deviation of the noise on the teacher's actions when it acts.
-        pub teacher_noise: f32 = 0.3 => 0.0..=10.0,
+        pub teacher_noise: f32 = 1.0 => 0.0..=10.0,
         /// The height below which an object has fallen: if the last element of an achieved goal is
         /// less, in meters, the next episode begins.
         pub fallen_below: Option<f64> = None => -1_000.0..=1_000.0,

@@ -29,9 +29,11 @@ struct EitherPass {
     pixels: PicturePass,
 }
 
-/// A network that learns, and its average that acts.
+/// A network that learns, and its average.
 pub(super) struct Student {
+    /// Acts in rounds, so that they reach states where it still errs.
     pub(super) learning: StudentNetwork,
+    /// Is evaluated.
     pub(super) averaged: StudentNetwork,
     pub(super) adam: Adam,
     average_fraction: f32,
@@ -123,10 +125,14 @@ impl Student {
         }
     }
 
-    /// Writes the average's actions for pictures and numbers, a row for each.
+    /// Writes the actions of the learning network for pictures and numbers, a row for each.
+    pub(super) fn explore(&mut self, pictures: &[u8], numbers: &[f32], actions: &mut [f32]) {
+        act(self.pass.run(&self.learning, pictures, numbers), actions);
+    }
+
+    /// Writes the average's actions, otherwise as [`explore`](Self::explore).
     pub(super) fn act(&mut self, pictures: &[u8], numbers: &[f32], actions: &mut [f32]) {
-        let outputs = self.pass.run(&self.averaged, pictures, numbers);
-        actions.iter_mut().zip(outputs).for_each(|(action, output)| *action = tanh(*output));
+        act(self.pass.run(&self.averaged, pictures, numbers), actions);
     }
 
     /// Takes step `number`, counted from 1, towards the teacher's actions of a batch. Returns the
@@ -150,4 +156,8 @@ impl Student {
         averaged.follow(learning, self.average_fraction.max(early));
         loss
     }
+}
+
+fn act(outputs: &[f32], actions: &mut [f32]) {
+    actions.iter_mut().zip(outputs).for_each(|(action, output)| *action = tanh(*output));
 }

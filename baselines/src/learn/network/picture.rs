@@ -24,13 +24,18 @@ pub struct Convolution {
 }
 
 impl Convolution {
-    /// Three layers of 32 channels: 5 x 5 pixels with a stride of 4, and twice 3 x 3. Of a picture
-    /// of 64 x 64 pixels, they make one of 16 x 16.
-    pub const DEFAULT: [Self; 3] = [
-        Self { channels: 32, kernel: 5, stride: 4, padding: 2 },
-        Self { channels: 32, kernel: 3, stride: 1, padding: 1 },
-        Self { channels: 32, kernel: 3, stride: 1, padding: 1 },
-    ];
+    /// Returns three layers of 32 channels: 5 x 5 pixels with a stride of 4, and twice 3 x 3. Of a
+    /// picture of 64 x 64 pixels, they make one of 11 x 11. Only pictures with a side below 48 get
+    /// padding, without which little would be left of them.
+    #[must_use]
+    pub fn defaults([height, width]: [usize; 2]) -> [Self; 3] {
+        let padding = usize::from(height.min(width) < 48);
+        [
+            Self { channels: 32, kernel: 5, stride: 4, padding: 2 * padding },
+            Self { channels: 32, kernel: 3, stride: 1, padding },
+            Self { channels: 32, kernel: 3, stride: 1, padding },
+        ]
+    }
 }
 
 /// Error returned when a [`PictureShape`] is impossible.
