@@ -84,7 +84,8 @@ pub use policy::{Action, Policy, PolicyError, RandomPolicy, VecPolicy, ZeroPolic
 pub use scripted::{ProportionalPolicy, ScriptedPolicy};
 pub use statistics::{Estimate, StatisticsError};
 pub use trained::{
-    InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy, TrainedPolicyError,
+    AnyPolicy, InputPart, LayerWeights, PolicyHeader, SuccessRate, TrainedPolicy,
+    TrainedPolicyError,
 };
 #[cfg(all(feature = "learn", feature = "render"))]
 pub use trained::{PixelPolicy, SeenField, Sight};

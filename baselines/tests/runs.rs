@@ -131,7 +131,7 @@ fn short() -> Result<TrainSettings> {
     Ok(settings)
 }
 
-fn begin(path: &Path, overwrite: bool) -> Result<Ready<MujocoEnv>, RunsError> {
+fn begin(path: &Path, overwrite: bool) -> Result<Ready<Trainer<MujocoEnv>>, RunsError> {
     let mut description = RunDescription::new(reach(), Preset::Fast, 7);
     (description.steps, description.target) = (200, 2.0);
     let settings = short().expect("they are settings");
@@ -277,7 +277,7 @@ fn settings_are_described_by_what_differs_from_the_nearest_preset() -> Result {
         let changed = settings.with("evaluation_episodes=31")?;
         let config = reach().config().with_distance_threshold(0.02)?;
         let changed = describe(&changed, RunModel::Reference, config.clone());
-        assert_eq!(changed.preset, preset);
+        assert_eq!(changed.preset, Some(preset));
         assert_eq!(
             changed.changes,
             ["evaluation_episodes=31", "reference", "distance_threshold=0.02"]

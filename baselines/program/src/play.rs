@@ -2,13 +2,9 @@
 
 use std::path::PathBuf;
 
-use baselines::Policy;
-use baselines::page::{Document, Playback, PlaybackEnv};
+use baselines::page::{Document, Playback};
 use clap::ValueEnum;
-use fetch_env::{
-    AddRenderObservation, BoxSpace, Env, EnvExt, EnvId, FetchObservation, GoalObservation,
-    PixelObservation,
-};
+use fetch_env::{EnvId, GoalObservation, Info, Step};
 
 use crate::shared::{
     choice::{PolicyChoice, pixel_policy_of, policy_of},
@@ -37,29 +33,24 @@ pub struct Args {
     verbose: bool,
 }
 
-/// What a page says of the pictures that a policy sees.
-const SEEN: &str = "The small picture is what the policy sees; the red pixels are the points to \
-                    which its network reduces it.";
-
 pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     let (id, seed) = (args.env_id, args.seed);
     let mut env = tasks.make(id.config())?;
+    if args.verbose {
+        say!("  step   reward  distance  achieved goal            action")?;
+    }
+    let mut said = Ok(());
     let playback = if let Some(mut policy) = pixel_policy_of(&args.policy)? {
-        let mut env = env.wrap(AddRenderObservation::new(policy.sight().pixels.clone()))?;
-        let (observation, action) = (env.observation_space(), env.action_space().clone().into());
-        policy.check_spaces(observation, &action)?;
-        let [height, width] = policy.network().shape().picture_size();
-        let mut seen = Vec::new();
-        let mut acting = |observation: &PixelObservation<FetchObservation>, action: &mut [f32]| {
-            policy.act(observation, action);
-            seen.push(with_points(&observation.pixels, [width, height], policy.points()));
-        };
-        let playback = record(&mut env, &mut acting, args)?;
-        playback.with_seen([width, height], seen, SEEN)?
+        Playback::record_seen(env, &mut policy, seed, |number, action, step| {
+            say_step(args, &mut said, number, action, step);
+        })?
     } else {
         let mut policy = policy_of(&args.policy, &env, seed)?;
-        record(&mut env, &mut *policy, args)?
+        Playback::record(&mut env, &mut *policy, seed, |number, action, step| {
+            say_step(args, &mut said, number, action, step);
+        })?
     };
+    said?;
     let title = format!("{id}, {} policy, seed {seed}", name(&args.policy));
     let playback = playback.with_title(&title);
     let mut page = Document::new(&title);
@@ -69,45 +60,23 @@ pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Records the episode, and prints its steps if the flags ask for it.
-fn record<E: PlaybackEnv<ActionSpace = BoxSpace<f32>>>(
-    env: &mut E,
-    policy: &mut (impl Policy<E::Observation> + ?Sized),
+/// Prints a step, if the flags ask for it.
+fn say_step(
     args: &Args,
-) -> anyhow::Result<Playback> {
-    if args.verbose {
-        say!("  step   reward  distance  achieved goal            action")?;
+    said: &mut anyhow::Result<()>,
+    number: usize,
+    action: &[f32],
+    step: &Step<impl GoalObservation, Info>,
+) {
+    if args.verbose && said.is_ok() {
+        *said = say!(
+            "  {number:4}  {:7.3}  {:6.3} m  {:6.3?}  {action:5.2?}{}",
+            step.reward,
+            step.info.distance,
+            step.observation.achieved_goal(),
+            if step.info.is_success { "  reached" } else { "" },
+        );
     }
-    let mut said = Ok(());
-    let playback = Playback::record(env, policy, args.seed, |number, action, step| {
-        if args.verbose && said.is_ok() {
-            let info = step.info.as_ref();
-            said = say!(
-                "  {number:4}  {:7.3}  {:6.3} m  {:6.3?}  {action:5.2?}{}",
-                step.reward,
-                info.distance,
-                step.observation.achieved_goal(),
-                if info.is_success { "  reached" } else { "" },
-            );
-        }
-    })?;
-    said?;
-    Ok(playback)
-}
-
-/// Returns a picture with a red pixel at each point: a column and a row.
-fn with_points(
-    picture: &[u8],
-    [width, height]: [usize; 2],
-    points: impl Iterator<Item = [f32; 2]>,
-) -> Vec<u8> {
-    let mut picture = picture.to_vec();
-    for [column, row] in points {
-        let place = |at: f32, len: usize| (at.round().max(0.0) as usize).min(len - 1);
-        let at = 3 * (place(row, height) * width + place(column, width));
-        picture[at..at + 3].copy_from_slice(&[255, 0, 0]);
-    }
-    picture
 }
 
 /// Returns the name of a policy in titles.

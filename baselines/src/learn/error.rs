@@ -288,6 +288,18 @@ pub enum CheckpointError {
         /// What differs.
         reason: String,
     },
+    /// The student of the checkpoint sees something else.
+    #[error(
+        "the student in the checkpoint {} sees {sees}: resume it with the same camera, size and fields, \
+         or begin another run",
+        path.display()
+    )]
+    OtherSight {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What its student sees.
+        sees: String,
+    },
     /// A file in the place of a checkpoint does not belong to this run.
     #[error(
         "{} is not a checkpoint of this run, so nothing is written: choose another folder",

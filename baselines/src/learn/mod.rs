@@ -68,9 +68,14 @@ pub use distill::{
     teacher::{EachEnv, EnvState},
 };
 pub use error::{CheckpointError, RunError, TrainError};
+#[cfg(feature = "runs")]
+pub(crate) use run::learner::check_same;
+#[cfg(all(feature = "render", feature = "runs"))]
+pub(crate) use run::trainer::vec_env;
 pub use run::{
     curve::{Counters, CurveRow, Evaluated, Target, UpdateSeconds},
     env::LearnEnv,
+    learner::{Learner, SaveLearner},
     trainer::Trainer,
 };
 #[cfg(feature = "runs")]

@@ -26,6 +26,8 @@ mod playback;
 mod plot;
 mod rounding;
 mod scene;
+#[cfg(all(feature = "learn", feature = "render"))]
+mod seen;
 
 pub use axis::Axis;
 pub use document::{Column, Document, escape, table};

@@ -7,8 +7,11 @@ use fetch_env::{EnvId, FetchConfig, ModelSource};
 use her_relabel::files::read_text;
 use serde::{Deserialize, Serialize};
 
-use super::error::FolderError;
-use crate::learn::{Preset, TrainSettings, each_setting, limits};
+use super::envs::MakeEnvs;
+use super::error::{FolderError, RunsError};
+use crate::learn::{DistillSettings, Preset, TrainSettings, each_setting, limits};
+#[cfg(feature = "render")]
+use crate::trained::Sight;
 
 /// The name of the file.
 pub(super) const RUN: &str = "run.json";
@@ -39,8 +42,16 @@ pub struct RunDescription {
     pub target: f64,
     /// The seed.
     pub seed: u64,
-    /// The settings of the learner that it started from.
-    pub preset: Preset,
+    /// The settings of the learner that it started from; none for a run with a teacher.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    /// Whom a student imitates, if it is a run with a teacher.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub teacher: Option<RunTeacher>,
+    /// What the policy sees, if it sees pictures.
+    #[cfg(feature = "render")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sight: Option<Sight>,
     /// Where the demonstrations come from: a number of scripted episodes, or a file.
     pub demos: Option<String>,
     /// The policy that the run started from, if there is one.
@@ -60,6 +71,16 @@ pub enum RunModel {
     Reference,
     /// [`ModelSource::Folder`].
     Folder(PathBuf),
+}
+
+/// The teacher of a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RunTeacher {
+    /// The task's [`ScriptedPolicy`](crate::ScriptedPolicy).
+    Scripted,
+    /// A policy, which is in the folder: its environment, its seed and its steps.
+    Policy(String),
 }
 
 impl RunModel {
@@ -89,7 +110,10 @@ impl RunDescription {
             updates: None,
             target,
             seed,
-            preset,
+            preset: Some(preset),
+            teacher: None,
+            #[cfg(feature = "render")]
+            sight: None,
             demos: None,
             start: None,
             changes: Vec::new(),
@@ -110,16 +134,41 @@ impl RunDescription {
         let of_presets = Preset::ALL
             .map(|preset| (preset, differences(settings, &preset.settings(env_id.task))));
         let nearest = of_presets.into_iter().min_by_key(|(_, changes)| changes.len());
-        let (preset, mut changes) = nearest.unwrap_or((Preset::Fast, Vec::new()));
+        let (preset, changes) = nearest.unwrap_or((Preset::Fast, Vec::new()));
+        Self::new(env_id, preset, seed).with_changes(model, config, changes)
+    }
+
+    /// Describes a run with these settings of the environment, whose own model is left out, and of a
+    /// student that sees the state, or pictures if you set [`sight`](Self::sight). The run ends with
+    /// the default success rate of its task, or after 100,000 steps. Its teacher is set when it
+    /// [begins](super::NewStudent::begin).
+    #[must_use]
+    pub fn of_student(
+        env_id: EnvId,
+        model: RunModel,
+        config: FetchConfig,
+        settings: &DistillSettings,
+        seed: u64,
+    ) -> Self {
+        let own = |pixels| differences(settings, &DistillSettings::of_task(env_id.task, pixels));
+        let (state, pixels) = (own(false), own(true));
+        let changes = if pixels.len() < state.len() { pixels } else { state };
+        let run = Self::new(env_id, Preset::Fast, seed);
+        let run = Self { preset: None, steps: run.steps.min(100_000), ..run };
+        run.with_changes(model, config, changes)
+    }
+
+    /// Sets the model and the settings of the environment, with what differs from its own.
+    fn with_changes(self, model: RunModel, config: FetchConfig, mut changes: Vec<String>) -> Self {
         match &model {
             RunModel::Builtin => {}
             RunModel::Reference => changes.push("reference".to_owned()),
             RunModel::Folder(folder) => changes.push(format!("model={}", folder.display())),
         }
-        let (config, own) = (config.with_model(ModelSource::Builtin), env_id.config());
+        let (config, own) = (config.with_model(ModelSource::Builtin), self.env_id.config());
         changes.extend(differences(&config, &own));
         let config = (config != own).then_some(config);
-        Self { model, config, changes, ..Self::new(env_id, preset, seed) }
+        Self { model, config, changes, ..self }
     }
 
     /// Reads the description of the run in a folder.
@@ -151,25 +200,56 @@ impl RunDescription {
     /// the beginning of the names of files.
     #[must_use]
     pub fn group(&self) -> String {
-        // A number of episodes, or the name of their file, in which the dash between parts is
-        // escaped.
+        // The dash between parts is escaped.
+        let part = |key, text: &str| format!("{key}={}", file_name(text).replace('-', "%2D"));
+        // A number of episodes, or the name of their file.
         let demos = self.demos.as_ref().map(|demos| {
             let stem = Path::new(demos).file_stem().unwrap_or(demos.as_ref());
-            format!("demos={}", file_name(&stem.to_string_lossy()).replace('-', "%2D"))
+            part("demos", &stem.to_string_lossy())
         });
-        let start = self.start.iter().map(|start| format!("start={}", file_name(start)));
-        let start = start.map(|start| start.replace('-', "%2D"));
+        let start = self.start.iter().map(|start| part("start", start));
+        let teacher = self.teacher.iter().map(|teacher| match teacher {
+            RunTeacher::Scripted => part("teacher", "scripted"),
+            RunTeacher::Policy(policy) => part("teacher", policy),
+        });
+        #[cfg(feature = "render")]
+        let sight = self.sight.iter().map(|sight| sight.name(self.env_id.task));
+        #[cfg(not(feature = "render"))]
+        let sight = None::<String>.into_iter();
         let changes = self.changes.iter().map(|change| file_name(change));
         let task = self.task.iter().map(|task| format!("task={}", file_name(task)));
-        let parts = [file_name(&self.env_id.to_string()), self.preset.to_string()];
+        let learner = self.preset.map_or("distilled", Preset::name).to_owned();
+        let parts = [file_name(&self.env_id.to_string()), learner];
         parts
             .into_iter()
             .chain(task)
             .chain(demos)
             .chain(start)
+            .chain(teacher)
+            .chain(sight)
             .chain(changes)
             .collect::<Vec<_>>()
             .join("-")
+    }
+
+    /// Checks that environments are of the task of the run in a folder.
+    pub(super) fn check_task(&self, tasks: &impl MakeEnvs, folder: &Path) -> Result<(), RunsError> {
+        if self.task.as_deref() == tasks.task() {
+            return Ok(());
+        }
+        Err(RunsError::OtherTask { folder: folder.to_owned(), task: self.title() })
+    }
+
+    /// Checks that the run in a folder, which this describes, has the environment of another one.
+    pub(super) fn check_environment(&self, other: &Self, folder: &Path) -> Result<(), RunsError> {
+        if self.config() == other.config() {
+            return Ok(());
+        }
+        let what = match self.env_id == other.env_id {
+            true => "other settings of the environment".to_owned(),
+            false => format!("the environment {}", self.env_id),
+        };
+        Err(super::start::other(folder, &what))
     }
 
     /// Whether two runs may have the same name.

@@ -1,10 +1,10 @@
 //! The environments of runs.
 
+#[cfg(feature = "render")]
+use fetch_env::{AddRenderObservation, EnvExt, PixelOptions, wrappers::Wrapped};
 use fetch_env::{EnvError, FetchConfig, MakeError, MujocoEnv, SnapshotEnv, make};
 
 use crate::learn::LearnEnv;
-#[cfg(feature = "page")]
-use crate::page::PlaybackEnv;
 
 /// What makes the environments of a run: [`BuiltInTasks`], or a type of your own for your own tasks.
 pub trait MakeEnvs: Sync {
@@ -46,17 +46,39 @@ pub(super) fn maker<M: MakeEnvs>(
     move || Ok(tasks.make(config.clone())?)
 }
 
-/// An environment that runs learn, save and, with the feature `page`, play back. Every environment
-/// with these traits is one.
-#[cfg(feature = "page")]
-pub trait RunEnv: LearnEnv + SnapshotEnv + PlaybackEnv {}
+/// Returns a function that makes the environments of one run with pictures.
+#[cfg(feature = "render")]
+pub(super) fn maker_with_pictures<E: RunEnv>(
+    make: impl Fn() -> Result<E, EnvError>,
+    pixels: PixelOptions,
+) -> impl Fn() -> Result<Wrapped<E, AddRenderObservation>, EnvError> {
+    move || make()?.wrap(AddRenderObservation::new(pixels.clone()))
+}
 
-#[cfg(feature = "page")]
-impl<E: LearnEnv + SnapshotEnv + PlaybackEnv> RunEnv for E {}
+/// An environment that runs learn, save and, with the features `page` and `render`, play back and
+/// draw. Every environment with these traits is one.
+pub trait RunEnv: LearnEnv + SnapshotEnv + Played + Drawn {}
 
-/// An environment that runs learn and save. Every environment with these traits is one.
-#[cfg(not(feature = "page"))]
-pub trait RunEnv: LearnEnv + SnapshotEnv {}
+impl<E: LearnEnv + SnapshotEnv + Played + Drawn> RunEnv for E {}
 
-#[cfg(not(feature = "page"))]
-impl<E: LearnEnv + SnapshotEnv> RunEnv for E {}
+/// Implements a trait that is another one with a feature, and nothing without it.
+macro_rules! with_feature {
+    ($feature:literal, $name:ident, $other:path) => {
+        #[doc = concat!("[`", stringify!($other), "`] with the feature `", $feature, "`.")]
+        #[cfg(feature = $feature)]
+        pub trait $name: $other {}
+
+        #[cfg(feature = $feature)]
+        impl<E: $other> $name for E {}
+
+        #[doc = concat!("Any environment, without the feature `", $feature, "`.")]
+        #[cfg(not(feature = $feature))]
+        pub trait $name {}
+
+        #[cfg(not(feature = $feature))]
+        impl<E> $name for E {}
+    };
+}
+
+with_feature!("page", Played, crate::page::PlaybackEnv);
+with_feature!("render", Drawn, fetch_env::RenderEnv);

@@ -150,6 +150,21 @@ pub enum RunsError {
         /// The task's name, or the environment's if the task is built in.
         task: String,
     },
+    /// The run in a folder has a teacher.
+    #[error(
+        "the run in {} has a teacher: continue it with Ready::resume_student, in one process",
+        folder.display()
+    )]
+    HasTeacher {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The run in a folder has no teacher.
+    #[error("the run in {} has no teacher: continue it with Ready::resume", folder.display())]
+    NoTeacher {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// An environment cannot be made.
     #[error(transparent)]
     Make(#[from] MakeError),
@@ -183,6 +198,35 @@ impl RunsError {
         }
     }
 }
+
+/// Error returned for a teacher that there is not.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum TeacherError {
+    /// The planner cannot say what to do in the states to which a student leads.
+    #[error(
+        "the planner is no teacher, because it plans whole episodes: it would have to plan anew from \
+         each state to which a student leads; choose scripted, trained or the file of a policy"
+    )]
+    Planned,
+    /// There is no such teacher.
+    #[error("there is no teacher {name}: choose scripted, trained or the file of a policy")]
+    Unknown {
+        /// The name.
+        name: String,
+    },
+    /// The policy sees pictures.
+    #[error("the policy {name} sees pictures: choose a teacher that sees the state")]
+    Pixels {
+        /// The file.
+        name: String,
+    },
+    /// The policy cannot be read.
+    #[error(transparent)]
+    Policy(#[from] TrainedPolicyError),
+}
+
+debug_as_display!(TeacherError);
 
 /// Error returned for a grid that cannot be run.
 #[derive(thiserror::Error)]

@@ -6,6 +6,8 @@ use fetch_env::{EnvId, make_vec_while, vec_env::VecConfig};
 use serde::Serialize;
 
 use super::envs::MakeEnvs;
+#[cfg(feature = "render")]
+use super::envs::{maker, maker_with_pictures};
 use super::error::RunsError;
 use super::folder::RunFolder;
 #[cfg(feature = "page")]
@@ -13,8 +15,10 @@ use super::page;
 use super::plan::RunPlan;
 use crate::across_workers::gather_episodes;
 use crate::evaluate::evaluate_range;
-use crate::learn::{Counters, Trainer};
-use crate::trained::SuccessRate;
+#[cfg(feature = "render")]
+use crate::learn::vec_env;
+use crate::learn::{Counters, Learner};
+use crate::trained::{AnyPolicy, SuccessRate};
 use crate::workers::share;
 
 /// The first seed of the final evaluation, whose seeds no training and no other evaluation uses.
@@ -60,7 +64,7 @@ impl fmt::Display for Outcome {
 }
 
 impl RunPlan {
-    /// Ends a run: measures its policy on seeds that no training has seen, each process its share of
+    /// Ends the run of a [`Trainer`](crate::learn::Trainer) or of a [`Student`](super::Student): measures its policy on seeds that no training has seen, each process its share of
     /// them, and writes the policy and, with the feature `page`, the page. `num_threads` threads
     /// step the environments. `go_on` is called before each step; in a run that several processes
     /// share it returns true.
@@ -71,7 +75,7 @@ impl RunPlan {
     pub fn finish<M: MakeEnvs>(
         &self,
         tasks: &M,
-        trainer: &mut Trainer<M::Env>,
+        trainer: &mut dyn Learner,
         folder: &RunFolder,
         num_threads: usize,
         mut go_on: impl FnMut() -> bool,
@@ -82,22 +86,32 @@ impl RunPlan {
     fn finish_while<M: MakeEnvs>(
         &self,
         tasks: &M,
-        trainer: &mut Trainer<M::Env>,
+        trainer: &mut dyn Learner,
         folder: &RunFolder,
         num_threads: usize,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<Outcome, RunsError> {
         let description = folder.description();
         let (env_id, config) = (description.env_id, description.config());
-        let mut policy = trainer.policy(&env_id.to_string())?;
-        let episodes = trainer.settings().schedule.evaluation_episodes;
+        let mut policy = trainer.any_policy(&env_id.to_string())?;
+        let episodes = trainer.evaluation_episodes();
         let vec_config = VecConfig::default().with_num_threads(num_threads);
-        let (num_envs, make) = (episodes.min(FINAL_ENVS), |config| tasks.make(config));
-        let mut envs = make_vec_while(config, num_envs, vec_config, make, || true)?;
-        let workers = trainer.workers();
-        let own = share(workers, episodes);
-        let own = evaluate_range(&mut envs, &mut policy, own, FINAL_SEED, |_| (), go_on)?;
-        let summary = gather_episodes(workers, &own)?.summary()?;
+        let num_envs = episodes.min(FINAL_ENVS);
+        let own = share(trainer.workers(), episodes);
+        let own = match &mut policy {
+            AnyPolicy::State(policy) => {
+                let make = |config| tasks.make(config);
+                let mut envs = make_vec_while(config, num_envs, vec_config, make, || true)?;
+                evaluate_range(&mut envs, policy, own, FINAL_SEED, |_| (), go_on)
+            }
+            #[cfg(feature = "render")]
+            AnyPolicy::Pixels(policy) => {
+                let make = maker_with_pictures(maker(tasks, config), policy.sight().pixels.clone());
+                let mut envs = vec_env((0..num_envs).map(|_| make()), vec_config)?;
+                evaluate_range(&mut envs, &mut **policy, own, FINAL_SEED, |_| (), go_on)
+            }
+        }?;
+        let summary = gather_episodes(trainer.workers(), &own)?.summary()?;
         let success = SuccessRate { rate: summary.success_rate, episodes, first_seed: FINAL_SEED };
         let policy = policy.with_success(success);
         let outcome = Outcome {
@@ -112,13 +126,7 @@ impl RunPlan {
         if trainer.workers().rank() == 0 {
             folder.write_policy(&policy)?;
             #[cfg(feature = "page")]
-            folder.write_page(&page::html(
-                tasks,
-                description,
-                trainer.rows(),
-                trainer.settings(),
-                policy,
-            )?)?;
+            folder.write_page(&page::html(tasks, description, trainer, policy)?)?;
         }
         Ok(outcome)
     }

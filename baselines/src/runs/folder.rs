@@ -11,14 +11,16 @@ use super::description::{RUN, RunDescription};
 use super::error::FolderError;
 use super::lock::{LOCK, RunLock};
 use crate::learn::{CurveRow, checkpoints};
-use crate::trained::TrainedPolicy;
+use crate::trained::{AnyPolicy, TrainedPolicy};
 
 const CURVE: &str = "curve.csv";
 const POLICY: &str = "policy.safetensors";
 const PAGE: &str = "page.html";
+const TEACHER: &str = "teacher.safetensors";
 
 /// The folder of a run: `run.json`, `curve.csv`, the last two checkpoints, and after its end
-/// `policy.safetensors` and `page.html`.
+/// `policy.safetensors` and `page.html`. A run with a policy as its teacher has it from its beginning,
+/// as `teacher.safetensors`.
 ///
 /// One process at a time writes there: a lock, `run.lock`, holds off others until this value is
 /// dropped or the process ends. Everything else in the folder is the user's, and stays.
@@ -31,14 +33,16 @@ pub struct RunFolder {
 }
 
 /// Returns the files that a run has written in a folder, beside its description and its lock: those
-/// that a resumed run writes again, and then the checkpoints, oldest first.
+/// that a resumed run writes again, then the checkpoints, oldest first, and its teacher, with which
+/// they are resumed.
 fn written(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
-    let others = [PAGE, POLICY, CURVE].map(|name| folder.join(name));
-    let mut paths: Vec<_> = others.into_iter().filter(|path| exists(path)).collect();
+    let existing = |name| Some(folder.join(name)).filter(|path| exists(path));
+    let mut paths: Vec<_> = [PAGE, POLICY, CURVE].into_iter().filter_map(existing).collect();
     paths.extend(checkpoints_in(folder)?);
+    paths.extend(existing(TEACHER));
     Ok(paths)
 }
 
@@ -63,8 +67,8 @@ impl RunFolder {
         if exists(&folder.join(RUN)) {
             // The `run.json` of another program stays.
             RunDescription::read(folder)?;
-            // A start that was killed leaves only a description.
-            if overwrite || written.is_empty() {
+            // A start that was killed leaves only a description and the teacher.
+            if overwrite || written.iter().all(|path| path.ends_with(TEACHER)) {
                 return Ok(());
             }
             let has_checkpoint = Self::has_checkpoint(folder)?;
@@ -213,7 +217,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// As [`write_curve`](Self::write_curve).
-    pub fn write_policy(&self, policy: &TrainedPolicy) -> Result<(), FolderError> {
+    pub fn write_policy(&self, policy: &AnyPolicy) -> Result<(), FolderError> {
         self.write(POLICY, &policy.to_bytes()?)
     }
 
@@ -221,8 +225,18 @@ impl RunFolder {
     ///
     /// # Errors
     /// [`FolderError`] if the file cannot be read, or is not a policy.
-    pub fn read_policy(&self) -> Result<TrainedPolicy, FolderError> {
-        Ok(TrainedPolicy::load(self.path.join(POLICY))?)
+    pub fn read_policy(&self) -> Result<AnyPolicy, FolderError> {
+        Ok(AnyPolicy::load(self.path.join(POLICY))?)
+    }
+
+    /// Writes the teacher: `teacher.safetensors`.
+    pub(super) fn write_teacher(&self, policy: &TrainedPolicy) -> Result<(), FolderError> {
+        self.write(TEACHER, &policy.to_bytes()?)
+    }
+
+    /// Reads the teacher.
+    pub(super) fn read_teacher(&self) -> Result<TrainedPolicy, FolderError> {
+        Ok(TrainedPolicy::load(self.path.join(TEACHER))?)
     }
 
     /// Writes the page: `page.html`.

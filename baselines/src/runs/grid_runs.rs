@@ -196,7 +196,7 @@ impl<M: MakeEnvs> Shared<'_, M> {
 impl GridRun {
     /// Begins the run, or continues it from its last checkpoint. If it has neither a checkpoint nor
     /// all of its results, it begins again.
-    fn ready<M: MakeEnvs>(&self, tasks: &M) -> Result<Ready<M::Env>, GridError> {
+    fn ready<M: MakeEnvs>(&self, tasks: &M) -> Result<Ready<Trainer<M::Env>>, GridError> {
         if RunFolder::has_checkpoint(&self.path)? {
             self.checked(RunFolder::open(&self.path)?)?;
             return Ok(Ready::resume(tasks, &self.path, 1)?);

@@ -2,7 +2,7 @@
 //!
 //! A [`NewRun`] begins in a folder, a [`RunPlan`] says where it ends and is the loop that takes it
 //! there, and [`Ready::resume`] continues it after whatever has stopped it, with the same bits. A
-//! [`Grid`] is every choice of settings with every seed, and a [`Group`] the curves of runs that
+//! [`NewStudent`] is a run that distills a teacher. A [`Grid`] is every choice of settings with every seed, and a [`Group`] the curves of runs that
 //! differ in their seeds alone. The program `fetch-env train` and the Python package write the same
 //! folders.
 //!
@@ -44,13 +44,14 @@ mod lock;
 mod page;
 mod plan;
 mod start;
+mod student;
 mod table;
 mod tensorboard;
 
 pub use curve::{CurveLine, curve_csv};
-pub use description::{RunDescription, RunModel};
+pub use description::{RunDescription, RunModel, RunTeacher};
 pub use envs::{BuiltInTasks, MakeEnvs, RunEnv};
-pub use error::{FolderError, GridError, RunsError};
+pub use error::{FolderError, GridError, RunsError, TeacherError};
 pub use finish::Outcome;
 pub use folder::RunFolder;
 pub use grid::{Choice, Grid};
@@ -59,5 +60,6 @@ pub use grid_runs::{GridEvent, GridRun, WatchGrid, run_grid};
 pub use group::{Band, Group, Point};
 pub use plan::{Cycles, Length, RunPlan, Watch};
 pub use start::{NewRun, Ready};
+pub use student::{NewStudent, Student, Teacher};
 pub use table::{GridEnd, GridRow, GridTable};
 pub use tensorboard::TensorBoard;

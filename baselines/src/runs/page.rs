@@ -1,12 +1,12 @@
 //! The page of a run: its curve, its settings, and episodes of the policy.
 
 use super::curve::diagnostic_names;
-use super::description::RunDescription;
+use super::description::{RunDescription, RunTeacher};
 use super::envs::MakeEnvs;
 use super::error::RunsError;
-use crate::learn::{CurveRow, TrainSettings};
+use crate::learn::{CurveRow, Learner};
 use crate::page::{Axis, Document, Ink, PageError, Playback, Plot, escape};
-use crate::trained::TrainedPolicy;
+use crate::trained::AnyPolicy;
 
 /// The number of episodes of the final evaluation that are played back.
 const NUM_PLAYED: u64 = 3;
@@ -15,32 +15,46 @@ const NUM_PLAYED: u64 = 3;
 pub(super) fn html(
     tasks: &impl MakeEnvs,
     description: &RunDescription,
-    rows: &[CurveRow],
-    settings: &TrainSettings,
-    mut policy: TrainedPolicy,
+    learner: &dyn Learner,
+    mut policy: AnyPolicy,
 ) -> Result<String, RunsError> {
     let title = format!("{}, learned in {} steps", description.title(), policy.header().steps);
     let mut page = Document::new(&title);
-    page.section("curve", "Learning curve", &curves(rows, settings)?);
-    page.section("diagnostics", "Diagnostics", &diagnostics(rows)?);
-    let mut env = tasks.make(description.config())?;
+    page.section("curve", "Learning curve", &curves(learner)?);
+    page.section("diagnostics", "Diagnostics", &diagnostics(learner.rows())?);
+    if let Some(teacher) = &description.teacher {
+        let of = match teacher {
+            RunTeacher::Scripted => "the scripted policy",
+            RunTeacher::Policy(policy) => policy,
+        };
+        let text = format!(
+            "The student imitates a teacher, which sees the state: {of}. The student needs the teacher \
+             in training alone."
+        );
+        page.section("teacher", "Teacher", &format!("<p>{}</p>", escape(&text)));
+    }
     let mut episodes = String::new();
     let first_seed = policy.header().success.map_or(0, |success| success.first_seed);
     for seed in first_seed..first_seed + NUM_PLAYED {
-        let playback = Playback::record(&mut env, &mut policy, seed, |_, _, _| ())?;
+        let mut env = tasks.make(description.config())?;
+        let playback = match &mut policy {
+            AnyPolicy::State(policy) => Playback::record(&mut env, policy, seed, |_, _, _| ()),
+            #[cfg(feature = "render")]
+            AnyPolicy::Pixels(policy) => Playback::record_seen(env, policy, seed, |_, _, _| ()),
+        }?;
         let name = format!("The learned policy, seed {seed}");
         episodes += &playback.with_title(&name).html()?;
     }
     page.section("episodes", "Episodes on new seeds", &episodes);
-    let settings = serde_json::to_string_pretty(settings).map_err(PageError::from)?;
-    page.section("settings", "Settings", &format!("<pre>{}</pre>", escape(&settings)));
+    let settings = escape(&learner.settings_json());
+    page.section("settings", "Settings", &format!("<pre>{settings}</pre>"));
     Ok(page.html())
 }
 
 /// Draws the success rate over steps and over seconds of training.
-fn curves(rows: &[CurveRow], settings: &TrainSettings) -> Result<String, PageError> {
-    let mut html = String::new();
-    let episodes = settings.schedule.evaluation_episodes;
+fn curves(learner: &dyn Learner) -> Result<String, PageError> {
+    let (mut html, rows) = (String::new(), learner.rows());
+    let episodes = learner.evaluation_episodes();
     let legend = format!("{episodes} greedy episodes, with the 95 % interval");
     let steps: fn(&CurveRow) -> f64 = |row| row.counters.steps as f64;
     let seconds: fn(&CurveRow) -> f64 = |row| row.counters.seconds;

@@ -3,12 +3,10 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use fetch_env::SnapshotEnv;
-
 use super::description::RunDescription;
 use super::error::RunsError;
 use super::folder::RunFolder;
-use crate::learn::{Counters, CurveRow, LearnEnv, Target, TrainError, Trainer};
+use crate::learn::{Counters, CurveRow, Learner, SaveLearner, Target, TrainError};
 use crate::workers::gather_values;
 
 /// Where a run ends, and how often it is saved on the way.
@@ -53,8 +51,8 @@ impl Length {
 }
 
 /// What watches a run: a function that [is called after each cycle](Self::cycle), or a type that can
-/// also stop it in the middle of one.
-pub trait Watch<E: LearnEnv> {
+/// also stop it in the middle of one. `L` is what learns, such as a [`Trainer`](crate::learn::Trainer).
+pub trait Watch<L: ?Sized> {
     /// Whether the run goes on. It is called often: after each ten updates, and before each step of
     /// an evaluation. In a run that several processes share, and in one that learns from
     /// demonstrations alone, it is not called.
@@ -64,16 +62,16 @@ pub trait Watch<E: LearnEnv> {
 
     /// Is called after each cycle in each process, with the row of the learning curve if there was
     /// an evaluation; the row is in `curve.csv` by then. If it breaks in any process, the run stops.
-    fn cycle(&mut self, trainer: &Trainer<E>, row: Option<&CurveRow>) -> ControlFlow<()>;
+    fn cycle(&mut self, learner: &L, row: Option<&CurveRow>) -> ControlFlow<()>;
 }
 
-impl<E, F> Watch<E> for F
+impl<L, F> Watch<L> for F
 where
-    E: LearnEnv,
-    F: FnMut(&Trainer<E>, Option<&CurveRow>) -> ControlFlow<()>,
+    L: ?Sized,
+    F: FnMut(&L, Option<&CurveRow>) -> ControlFlow<()>,
 {
-    fn cycle(&mut self, trainer: &Trainer<E>, row: Option<&CurveRow>) -> ControlFlow<()> {
-        self(trainer, row)
+    fn cycle(&mut self, learner: &L, row: Option<&CurveRow>) -> ControlFlow<()> {
+        self(learner, row)
     }
 }
 
@@ -95,30 +93,30 @@ impl RunPlan {
 
     /// Whether a run has ended.
     #[must_use]
-    pub fn is_over<E: LearnEnv>(&self, trainer: &Trainer<E>) -> bool {
+    pub fn is_over(&self, learner: &(impl Learner + ?Sized)) -> bool {
         match self.length {
-            Length::Steps(end) => trainer.is_over(end, Some(self.target)),
+            Length::Steps(end) => learner.is_over(end, Some(self.target)),
             Length::Updates(end) => {
-                trainer.counters().updates >= end || self.target.is_reached(trainer.rows())
+                learner.counters().updates >= end || self.target.is_reached(learner.rows())
             }
         }
     }
 
-    /// Runs a trainer to its end, or until `watch` stops it, and saves a last checkpoint. The curve
+    /// Runs a learner to its end, or until `watch` stops it, and saves a last checkpoint. The curve
     /// is written at the beginning and after each evaluation. Without a folder, nothing is written.
     ///
     /// # Errors
     /// [`RunsError`] if the training fails, or a file cannot be written.
-    pub fn run<E: LearnEnv + SnapshotEnv>(
+    pub fn run<L: SaveLearner + ?Sized>(
         &self,
-        trainer: &mut Trainer<E>,
+        learner: &mut L,
         folder: Option<&RunFolder>,
-        watch: &mut impl Watch<E>,
+        watch: &mut impl Watch<L>,
     ) -> Result<(), RunsError> {
-        let mut cycles = self.begin(trainer, folder)?;
-        while cycles.next(trainer, folder, watch)?.is_continue() {}
+        let mut cycles = self.begin(learner, folder)?;
+        while cycles.next(learner, folder, watch)?.is_continue() {}
         if let Some(folder) = folder {
-            trainer.save(folder.path())?;
+            learner.save(folder.path())?;
         }
         Ok(())
     }
@@ -129,30 +127,29 @@ impl RunPlan {
     ///
     /// # Errors
     /// [`RunsError`] if the curve cannot be written.
-    pub fn begin<E: LearnEnv>(
+    pub fn begin<L: Learner + ?Sized>(
         &self,
-        trainer: &mut Trainer<E>,
+        learner: &mut L,
         folder: Option<&RunFolder>,
     ) -> Result<Cycles, RunsError> {
-        if let Some(folder) = written_by(trainer, folder) {
-            folder.write_curve(trainer.rows())?;
+        if let Some(folder) = written_by(learner, folder) {
+            folder.write_curve(learner.rows())?;
         }
         Ok(Cycles { plan: *self, saved: Instant::now() })
     }
 
     /// Continues to the next point at which a run can stop. Returns a row if it was evaluated.
-    fn cycle<E: LearnEnv>(
+    fn cycle<L: Learner + ?Sized>(
         &self,
-        trainer: &mut Trainer<E>,
+        learner: &mut L,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<Option<CurveRow>, TrainError> {
         match self.length {
-            Length::Steps(end) => trainer.run_cycle_while(end, go_on),
+            Length::Steps(end) => learner.run_cycle_while(end, go_on),
             Length::Updates(end) => {
                 let interval = end.div_ceil(OFFLINE_EVALUATIONS);
-                let done = trainer.counters().updates;
-                trainer.update((interval - done % interval).min(end - done))?;
-                trainer.evaluate().map(Some)
+                let done = learner.counters().updates;
+                learner.run_updates((interval - done % interval).min(end - done)).map(Some)
             }
         }
     }
@@ -169,36 +166,36 @@ pub struct Cycles {
 impl Cycles {
     /// Takes the next cycle, unless the run has ended, and writes what is due: the curve, a
     /// checkpoint. It returns whether the run goes on: it has not ended, and `watch` has not stopped
-    /// it. If it does not, [`save`](Trainer::save) a last checkpoint.
+    /// it. If it does not, [`save`](SaveLearner::save) a last checkpoint.
     ///
     /// # Errors
     /// As [`RunPlan::run`].
-    pub fn next<E: LearnEnv + SnapshotEnv>(
+    pub fn next<L: SaveLearner + ?Sized>(
         &mut self,
-        trainer: &mut Trainer<E>,
+        learner: &mut L,
         folder: Option<&RunFolder>,
-        watch: &mut impl Watch<E>,
+        watch: &mut impl Watch<L>,
     ) -> Result<ControlFlow<()>, RunsError> {
-        if self.plan.is_over(trainer) {
+        if self.plan.is_over(learner) {
             return Ok(ControlFlow::Break(()));
         }
-        let row = self.plan.cycle(trainer, &mut || watch.go_on())?;
-        let written_by = written_by(trainer, folder);
+        let row = self.plan.cycle(learner, &mut || watch.go_on())?;
+        let written_by = written_by(learner, folder);
         let written = match (written_by, &row) {
-            (Some(folder), Some(_)) => folder.write_curve(trainer.rows()),
+            (Some(folder), Some(_)) => folder.write_curve(learner.rows()),
             _ => Ok(()),
         };
-        let stops = watch.cycle(trainer, row.as_ref()).is_break() || !watch.go_on();
+        let stops = watch.cycle(learner, row.as_ref()).is_break() || !watch.go_on();
         let is_due = self.saved.elapsed() >= self.plan.between_checkpoints;
         let saves = written_by.is_some() && written.is_ok() && is_due && !stops;
         // In all processes alike.
-        let [stops, saves] = any(trainer, [stops, saves])?;
+        let [stops, saves] = any(learner, [stops, saves])?;
         written?;
         if stops {
             return Ok(ControlFlow::Break(()));
         }
         if let Some(folder) = folder.filter(|_| saves) {
-            trainer.save(folder.path())?;
+            learner.save(folder.path())?;
             self.saved = Instant::now();
         }
         Ok(ControlFlow::Continue(()))
@@ -206,11 +203,11 @@ impl Cycles {
 }
 
 /// Returns the folder in the process that writes its files, the first one.
-fn written_by<'a, E: LearnEnv>(
-    trainer: &mut Trainer<E>,
+fn written_by<'a, L: Learner + ?Sized>(
+    learner: &mut L,
     folder: Option<&'a RunFolder>,
 ) -> Option<&'a RunFolder> {
-    folder.filter(|_| trainer.workers().rank() == 0)
+    folder.filter(|_| learner.workers().rank() == 0)
 }
 
 /// Returns the target of a success rate, which two evaluations in a row must reach.
@@ -219,7 +216,7 @@ pub(super) const fn target_of(success_rate: f64) -> Target {
 }
 
 /// Returns, in all processes, which of the flags are set in any of them.
-fn any<E: LearnEnv>(trainer: &mut Trainer<E>, own: [bool; 2]) -> Result<[bool; 2], RunsError> {
-    let all = gather_values(trainer.workers(), &own)?;
+fn any<L: Learner + ?Sized>(learner: &mut L, own: [bool; 2]) -> Result<[bool; 2], RunsError> {
+    let all = gather_values(learner.workers(), &own)?;
     Ok([0, 1].map(|flag| all.iter().any(|flags| flags[flag])))
 }

@@ -1,5 +1,6 @@
 //! Beginning a run in a folder, and resuming it.
 
+use std::fmt;
 use std::path::Path;
 
 use fetch_env::SnapshotEnv;
@@ -8,18 +9,25 @@ use super::description::RunDescription;
 use super::envs::{MakeEnvs, RunEnv, maker};
 use super::error::RunsError;
 use super::folder::RunFolder;
-use crate::learn::{CheckpointError, LearnEnv, Resumed, TrainSettings, Trainer};
+use crate::learn::{
+    CheckpointError, LearnEnv, Resumed, SaveLearner, TrainSettings, Trainer, check_same,
+};
 use crate::trained::TrainedPolicy;
 use crate::workers::{OneProcess, UnreadableMessage, Workers, gather_values};
 
 /// A run that is ready to go on.
-#[derive(Debug)]
 #[non_exhaustive]
-pub struct Ready<E: LearnEnv> {
-    /// What trains.
-    pub trainer: Trainer<E>,
+pub struct Ready<L> {
+    /// What trains: a [`Trainer`], or a [`Student`](super::Student).
+    pub trainer: L,
     /// Where it writes.
     pub folder: RunFolder,
+}
+
+impl<L> fmt::Debug for Ready<L> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Ready").field("folder", &self.folder).finish_non_exhaustive()
+    }
 }
 
 /// A run that begins: what its folder says, and how it learns.
@@ -50,7 +58,7 @@ impl NewRun {
         num_threads: usize,
         workers: Box<dyn Workers>,
         prepare: impl FnOnce(&mut Trainer<M::Env>) -> Result<(), X>,
-    ) -> Result<Ready<M::Env>, X> {
+    ) -> Result<Ready<Trainer<M::Env>>, X> {
         let path = path.as_ref();
         let mut trainer = self.trainer(tasks, num_threads, workers)?;
         if trainer.workers().rank() == 0 {
@@ -85,23 +93,16 @@ impl NewRun {
         task: Option<&str>,
         mut trainer: Trainer<E>,
         path: &Path,
-    ) -> Result<Ready<E>, RunsError> {
+    ) -> Result<Ready<Trainer<E>>, RunsError> {
         let (start, task) = (self.start_name(), task.map(str::to_owned));
         let description = RunDescription { start, task, ..self.description };
-        let folder = if trainer.workers().rank() == 0 {
-            RunFolder::create(path, description, self.overwrite)?
-        } else {
-            RunFolder::of_other(path, description)
-        };
-        trainer.save(path)?;
+        let folder = create(path, description, self.overwrite, None, &mut trainer)?;
         Ok(Ready { trainer, folder })
     }
 
     /// Describes the policy that the run starts from.
     fn start_name(&self) -> Option<String> {
-        let header = self.start.as_ref()?.header();
-        let (env_id, seed, steps) = (&header.env_id, header.seed, header.steps);
-        Some(format!("{env_id}, seed {seed}, {steps} steps"))
+        self.start.as_ref().map(policy_name)
     }
 
     /// Continues the run in a folder from its last checkpoint, or begins this one if there is none.
@@ -117,7 +118,7 @@ impl NewRun {
         tasks: &M,
         path: impl AsRef<Path>,
         num_threads: usize,
-    ) -> Result<Ready<M::Env>, RunsError> {
+    ) -> Result<Ready<Trainer<M::Env>>, RunsError> {
         let path = path.as_ref();
         if !RunFolder::has_checkpoint(path)? {
             return self.begin(tasks, path, num_threads, Box::new(OneProcess), |_| Ok(()));
@@ -126,23 +127,16 @@ impl NewRun {
         let Self { description, settings, .. } = self;
         let ready = Ready::resume(tasks, path, num_threads)?;
         let found = ready.folder.description();
-        if found.config() != description.config() {
-            let what = match found.env_id == description.env_id {
-                true => "other settings of the environment".to_owned(),
-                false => format!("the environment {}", found.env_id),
-            };
-            return Err(CheckpointError::OtherSettings { folder: path.to_owned(), what }.into());
-        }
+        found.check_environment(&description, path)?;
         if start.is_some() && start != found.start {
-            let what = "another policy to start from".to_owned();
-            return Err(CheckpointError::OtherSettings { folder: path.to_owned(), what }.into());
+            return Err(other(path, "another policy to start from"));
         }
-        ready.trainer.check_same(&settings, description.seed, path)?;
+        check_same(&ready.trainer, &settings, description.seed, path)?;
         Ok(ready)
     }
 }
 
-impl<E: RunEnv> Ready<E> {
+impl<E: RunEnv> Ready<Trainer<E>> {
     /// Continues the run in a folder from its last checkpoint, in one process.
     ///
     /// # Errors
@@ -189,12 +183,43 @@ impl<E: RunEnv> Ready<E> {
             }
         };
         let description = folder.description();
-        if description.task.as_deref() != tasks.task() {
-            let (folder, task) = (path.to_owned(), description.title());
-            return Err(RunsError::OtherTask { folder, task });
+        description.check_task(tasks, path)?;
+        if description.teacher.is_some() {
+            return Err(RunsError::HasTeacher { folder: path.to_owned() });
         }
         let make = maker(tasks, description.config());
         let (trainer, resumed) = Trainer::resume_with_workers(make, path, num_threads, workers)?;
         Ok((Self { trainer, folder }, resumed))
     }
+}
+
+/// Begins a run in a folder: its description, its teacher if it has one, and its first checkpoint.
+pub(super) fn create(
+    path: &Path,
+    description: RunDescription,
+    overwrite: bool,
+    teacher: Option<&TrainedPolicy>,
+    learner: &mut dyn SaveLearner,
+) -> Result<RunFolder, RunsError> {
+    let folder = if learner.workers().rank() == 0 {
+        RunFolder::create(path, description, overwrite)?
+    } else {
+        RunFolder::of_other(path, description)
+    };
+    teacher.map_or(Ok(()), |teacher| folder.write_teacher(teacher))?;
+    learner.save(path)?;
+    Ok(folder)
+}
+
+/// Describes a policy.
+pub(super) fn policy_name(policy: &TrainedPolicy) -> String {
+    let header = policy.header();
+    let (env_id, seed, steps) = (&header.env_id, header.seed, header.steps);
+    format!("{env_id}, seed {seed}, {steps} steps")
+}
+
+/// The error of a folder with the run of something else.
+pub(super) fn other(folder: &Path, what: &str) -> RunsError {
+    let (folder, what) = (folder.to_owned(), what.to_owned());
+    CheckpointError::OtherSettings { folder, what }.into()
 }

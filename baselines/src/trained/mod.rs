@@ -1,5 +1,6 @@
 //! Trained policies: small networks that are loaded from a file.
 
+mod any;
 pub(crate) mod error;
 pub(crate) mod file;
 mod header;
@@ -8,6 +9,8 @@ mod pixel_file;
 #[cfg(all(feature = "learn", feature = "render"))]
 mod pixels;
 mod shipped;
+#[cfg(all(feature = "learn", feature = "render"))]
+mod sight;
 
 use std::mem;
 use std::path::Path;
@@ -15,10 +18,13 @@ use std::path::Path;
 use fetch_env::{GoalObservation, Space, vec_env::VecStep};
 use her_relabel::{Scalar, StateRows};
 
+pub use any::AnyPolicy;
 pub use error::TrainedPolicyError;
 pub use header::{InputPart, PolicyHeader, SuccessRate};
 #[cfg(all(feature = "learn", feature = "render"))]
-pub use pixels::{PixelPolicy, SeenField, Sight};
+pub use pixels::PixelPolicy;
+#[cfg(all(feature = "learn", feature = "render"))]
+pub use sight::{SeenField, Sight};
 
 use crate::dims::lengths_of;
 use crate::policy::{Policy, PolicyError, VecPolicy};

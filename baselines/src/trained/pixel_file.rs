@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::error::TrainedPolicyError as Error;
 use super::file;
-use super::pixels::{PixelPolicy, Sight};
+use super::pixels::PixelPolicy;
+use super::sight::Sight;
 use crate::learn::network::{Convolution, PictureNetwork, PictureShape};
 
 /// What a file says of the network, besides its tensors.

@@ -1,112 +1,19 @@
 //! Policies that see pictures: networks with convolutions that are loaded from a file.
 
-use std::ops::Range;
 use std::path::Path;
 
 use fetch_env::vec_env::VecStep;
-use fetch_env::{
-    GoalObservation, ObservationField, PixelObservation, PixelOptions, Space, Task,
-    observation_fields,
-};
+use fetch_env::{GoalObservation, PixelObservation, PixelOptions, Space};
 use her_relabel::{Scalar, StateRows};
-use serde::{Deserialize, Serialize};
 
 use super::error::TrainedPolicyError;
-use super::header::{InputPart, PolicyHeader, SuccessRate};
+use super::header::{PolicyHeader, SuccessRate};
+use super::sight::Sight;
 use super::{file, pixel_file};
 use crate::dims::lengths_of;
 use crate::learn::network::{PictureNetwork, PicturePass};
 use crate::policy::{Policy, PolicyError, VecPolicy};
 use crate::tanh::tanh;
-
-/// What a [`PixelPolicy`] sees: a picture, and some fields of the observation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Sight {
-    /// The picture: one view without a key, one frame, and the channels last.
-    pub pixels: PixelOptions,
-    /// The elements of an observation that the policy sees, too.
-    pub fields: Vec<SeenField>,
-}
-
-/// Consecutive elements of an observation that a policy sees.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SeenField {
-    /// Its name, as in [`ObservationField`].
-    pub name: String,
-    /// The indices of its elements.
-    pub range: Range<usize>,
-}
-
-/// The most numbers that a network gets, as [`PictureShape`](crate::learn::network::PictureShape)
-/// has it.
-const MOST_NUMBERS: usize = 1 << 14;
-
-impl Sight {
-    /// Returns a picture and the robot's own fields: all but the object's.
-    #[must_use]
-    pub fn robot(task: Task, pixels: PixelOptions) -> Self {
-        let robot = observation_fields(Task::Reach).iter();
-        let fields = robot.filter_map(|field| ObservationField::find(task, field.name));
-        let seen = |field: &ObservationField| SeenField {
-            name: field.name.to_owned(),
-            range: field.range.clone(),
-        };
-        Self { pixels, fields: fields.map(seen).collect() }
-    }
-
-    /// Returns the places of the numbers that the policy sees, among those that the header's parts
-    /// make of a whole observation and goals.
-    ///
-    /// # Errors
-    /// [`TrainedPolicyError::Sight`] if an observation does not have a field, or there are more than
-    /// 16,384 numbers.
-    pub(crate) fn columns(&self, header: &PolicyHeader) -> Result<Vec<usize>, TrainedPolicyError> {
-        let wrong = |reason| Err(TrainedPolicyError::Sight { reason });
-        let PolicyHeader { observation_len, goal_len, .. } = *header;
-        if header.input_len() > MOST_NUMBERS {
-            return wrong(format!("an input has {} numbers", header.input_len()));
-        }
-        let (mut columns, mut start) = (Vec::new(), 0);
-        for part in &header.inputs {
-            if *part != InputPart::Observation {
-                columns.extend(start..start + goal_len);
-                start += goal_len;
-                continue;
-            }
-            for SeenField { name, range } in &self.fields {
-                if range.end > observation_len || columns.len() > MOST_NUMBERS {
-                    return wrong(format!(
-                        "an observation has {observation_len} elements, and {name} is {range:?}"
-                    ));
-                }
-                columns.extend(range.clone().map(|element| start + element));
-            }
-            start += observation_len;
-        }
-        Ok(columns)
-    }
-
-    /// Returns the height and the width of the picture.
-    ///
-    /// # Errors
-    /// [`TrainedPolicyError::Sight`] if it is not one view without a key, with one frame and the
-    /// channels last.
-    pub(super) fn picture_size(&self) -> Result<[usize; 2], TrainedPolicyError> {
-        let mut views = self.pixels.views();
-        if let (Some((None, view)), 1, 1, false) = (
-            views.next(),
-            self.pixels.views().len(),
-            self.pixels.frame_stack().get(),
-            self.pixels.channels_first(),
-        ) {
-            return Ok([view.height() as usize, view.width() as usize]);
-        }
-        let reason = "it sees one view without a key, one frame, and the channels last".to_owned();
-        Err(TrainedPolicyError::Sight { reason })
-    }
-}
 
 /// A trained policy that sees a picture: a [`PictureNetwork`] with a hyperbolic tangent at its end,
 /// what it sees, and how it was trained.
@@ -136,6 +43,21 @@ struct Work {
     way: Vec<f64>,
     whole: Vec<f32>,
     numbers: Vec<f32>,
+}
+
+impl Clone for PixelPolicy {
+    /// Returns the same policy, which has not acted yet.
+    fn clone(&self) -> Self {
+        let Self { header, sight, network, columns, .. } = self;
+        Self {
+            header: header.clone(),
+            sight: sight.clone(),
+            network: network.clone(),
+            columns: columns.clone(),
+            pass: PicturePass::default(),
+            work: Work::default(),
+        }
+    }
 }
 
 impl PartialEq for PixelPolicy {

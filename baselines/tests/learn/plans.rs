@@ -43,7 +43,7 @@ struct Impatient {
     questions: u32,
 }
 
-impl Watch<Kinematic> for Impatient {
+impl Watch<Trainer<Kinematic>> for Impatient {
     fn go_on(&mut self) -> bool {
         self.questions = self.questions.saturating_sub(1);
         self.questions > 0

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use baselines::{
-    OnMujoco, PixelPolicy, Policy, ProportionalPolicy, RandomPolicy, ScriptedPolicy, TrainedPolicy,
-    TrainedPolicyError, ZeroPolicy, runs::RunModel,
+    AnyPolicy, OnMujoco, PixelPolicy, Policy, ProportionalPolicy, RandomPolicy, ScriptedPolicy,
+    TrainedPolicy, ZeroPolicy, runs::RunModel,
 };
 use clap::ValueEnum;
 use fetch_sim::{ModelSource, Task};
@@ -106,13 +106,9 @@ pub fn pixel_policy_of(text: &str) -> anyhow::Result<Option<PixelPolicy>> {
     if !Path::new(text).is_file() {
         return Ok(None);
     }
-    match PixelPolicy::load(text) {
-        Err(TrainedPolicyError::Contents { source, .. })
-            if matches!(*source, TrainedPolicyError::Kind { .. }) =>
-        {
-            Ok(None)
-        }
-        loaded => Ok(Some(loaded?)),
+    match AnyPolicy::load(text)? {
+        AnyPolicy::Pixels(policy) => Ok(Some(*policy)),
+        _ => Ok(None),
     }
 }
 

@@ -12,8 +12,11 @@ use crate::output::usage;
 /// can have, is one of wrong usage.
 pub fn in_flags(error: anyhow::Error) -> anyhow::Error {
     match error.downcast_ref() {
-        Some(RunsError::Train(TrainError::Setting { .. } | TrainError::Start { .. })) => {
-            usage(error)
+        Some(RunsError::Train(
+            TrainError::Setting { .. } | TrainError::Start { .. } | TrainError::Picture(_),
+        )) => usage(error),
+        Some(RunsError::HasTeacher { folder }) => {
+            usage(format_args!("the run in {} has a teacher: leave out --mpi", folder.display()))
         }
         Some(RunsError::Folder(of_folder)) => match of_folder {
             FolderError::HasRun { folder, has_checkpoint } => anyhow!(

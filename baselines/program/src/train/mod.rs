@@ -4,6 +4,7 @@
 mod errors;
 mod grid;
 mod options;
+mod student;
 
 use std::{
     num::{NonZeroU64, NonZeroUsize},
@@ -15,7 +16,10 @@ use std::{
 use anyhow::Context;
 use baselines::{
     Estimate, TrainedPolicy,
-    learn::{CurveRow, Preset, Resumed, Target, TrainSettings, Trainer, UpdateSeconds, limits},
+    learn::{
+        CurveRow, Learner, Preset, Resumed, SaveLearner, Target, TrainSettings, Trainer,
+        UpdateSeconds, limits,
+    },
     runs::{Length, NewRun, Outcome, Ready, RunDescription, RunFolder, RunPlan, TensorBoard},
     workers::{Workers, gather_values},
 };
@@ -25,6 +29,7 @@ use indicatif::ProgressBar;
 use self::{
     errors::in_flags,
     options::{AlgorithmChoice, Noise},
+    student::StudentArgs,
 };
 use crate::output::tell;
 use crate::shared::{
@@ -79,10 +84,13 @@ pub struct Args {
     /// saved buffer
     #[arg(long, value_parser = options::demos)]
     demos: Option<String>,
+    #[command(flatten)]
+    student: StudentArgs,
     /// Policy to start from: its actor, and the normalizers of its inputs
     #[arg(long, value_name = "FILE")]
     start: Option<PathBuf>,
-    /// Change a setting, such as gamma=0.98; can be given several times
+    /// Change a setting of the learner, such as gamma=0.98, or of the distiller with --teacher, such as
+    /// hidden=[64,64]; can be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Randomize a factor of the environment at each reset, such as object_mass=0.5..4,
@@ -137,7 +145,10 @@ pub fn run<M: Tasks>(tasks: &M, args: &Args) -> anyhow::Result<bool> {
     }
     let args = &options::with_noise(args);
     // Reports wrong usage before the ranks meet.
-    let settings = options::settings(args)?;
+    let settings = match args.student.teacher {
+        None => options::settings(args)?,
+        Some(_) => student::settings(args).map(|_| TrainSettings::default())?,
+    };
     options::varied(tasks, args)?;
     let signals = Signals::listen()?;
     share_run(&args.ranks, &options::facts(args), |workers| {
@@ -162,12 +173,29 @@ fn run_shared<M: Tasks>(
     }
     let mut results = Vec::new();
     if let Some(folder) = &args.resume {
-        results.push(finish(tasks, args, resume(tasks, args, folder, workers())?, signals)?);
+        results.push(match student::resume(tasks, args, folder)? {
+            Some(mut ready) => {
+                say_resumed(&*ready.trainer, folder)?;
+                finish(tasks, args, &mut *ready.trainer, &ready.folder, signals)?
+            }
+            None => {
+                let ready = resume(tasks, args, folder, workers())?;
+                finish_trained(tasks, args, ready, signals)?
+            }
+        });
     } else {
         for run in 0..args.seeds.get() {
             let seed = args.seed.wrapping_add(run);
-            let ready = start(tasks, args, settings, seed, workers()).map_err(in_flags)?;
-            results.push(finish(tasks, args, ready, signals)?);
+            results.push(match &args.student.teacher {
+                Some(teacher) => {
+                    let mut ready = student::start(tasks, args, teacher, seed)?;
+                    finish(tasks, args, &mut *ready.trainer, &ready.folder, signals)?
+                }
+                None => {
+                    let ready = start(tasks, args, settings, seed, workers()).map_err(in_flags)?;
+                    finish_trained(tasks, args, ready, signals)?
+                }
+            });
         }
     }
     if workers().rank() == 0 {
@@ -181,13 +209,12 @@ fn resume<M: Tasks>(
     args: &Args,
     folder: &Path,
     workers: Box<dyn Workers>,
-) -> anyhow::Result<Ready<M::Env>> {
+) -> anyhow::Result<Ready<Trainer<M::Env>>> {
     let (rank, size) = (workers.rank(), workers.size());
     let resumed = Ready::resume_with_workers(tasks, folder, args.threads.get(), workers);
     let (ready, resumed) = resumed.map_err(|error| in_flags(error.into()))?;
     if rank == 0 {
-        let steps = ready.trainer.counters().steps;
-        say!("train: resuming {} after {steps} steps", folder.display())?;
+        say_resumed(&ready.trainer, folder)?;
         if let Resumed::OnOtherRanks { before } = resumed {
             say!(
                 "train: the checkpoint is from {before} ranks, and this run has {size}: networks, \
@@ -200,6 +227,21 @@ fn resume<M: Tasks>(
     Ok(ready)
 }
 
+fn say_resumed(trainer: &dyn Learner, folder: &Path) -> anyhow::Result<()> {
+    let steps = trainer.counters().steps;
+    say!("train: resuming {} after {steps} steps", folder.display())
+}
+
+/// Returns the folder of a new run.
+fn path_of(args: &Args, seed: u64) -> PathBuf {
+    let name = format!("{}-seed-{seed}", args.env_id);
+    match &args.out {
+        Some(folder) if args.seeds.get() == 1 => folder.clone(),
+        Some(folder) => folder.join(format!("seed-{seed}")),
+        None => PathBuf::from("results/train").join(name),
+    }
+}
+
 /// Begins a run, once everything else is ready.
 fn start<M: Tasks>(
     tasks: &M,
@@ -207,14 +249,8 @@ fn start<M: Tasks>(
     settings: &TrainSettings,
     seed: u64,
     workers: Box<dyn Workers>,
-) -> anyhow::Result<Ready<M::Env>> {
-    let name = format!("{}-seed-{seed}", args.env_id);
-    let path = match &args.out {
-        Some(folder) if args.seeds.get() == 1 => folder.clone(),
-        Some(folder) => folder.join(format!("seed-{seed}")),
-        None => PathBuf::from("results/train").join(name),
-    };
-    let is_first = workers.rank() == 0;
+) -> anyhow::Result<Ready<Trainer<M::Env>>> {
+    let (path, is_first) = (path_of(args, seed), workers.rank() == 0);
     let (description, settings) = (describe(tasks, args, seed)?, settings.clone());
     let start = args.start.as_ref().map(TrainedPolicy::load).transpose()?;
     let new = NewRun { description, settings, start, overwrite: args.overwrite };
@@ -252,15 +288,31 @@ fn tell_of_locks(path: &Path, is_shared: bool) {
     }
 }
 
-/// Runs a trainer to its end, and writes its files. A signal ends it after a last checkpoint.
-fn finish<M: Tasks>(
+/// Runs a trainer to its end, as [`finish`] does, and says how long its ranks have waited.
+fn finish_trained<M: Tasks>(
     tasks: &M,
     args: &Args,
-    ready: Ready<M::Env>,
+    ready: Ready<Trainer<M::Env>>,
     signals: &Signals,
 ) -> anyhow::Result<Outcome> {
     let Ready { mut trainer, folder, .. } = ready;
-    let plan = plan(args, &folder);
+    let outcome = finish(tasks, args, &mut trainer, &folder, signals)?;
+    let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();
+    if exchanging > 0.0 && trainer.workers().rank() == 0 {
+        say!("train: of {total:.1} s of updates, {exchanging:.1} s were spent in MPI")?;
+    }
+    Ok(outcome)
+}
+
+/// Runs a learner to its end, and writes its files. A signal ends it after a last checkpoint.
+fn finish(
+    tasks: &impl Tasks,
+    args: &Args,
+    trainer: &mut dyn SaveLearner,
+    folder: &RunFolder,
+    signals: &Signals,
+) -> anyhow::Result<Outcome> {
+    let plan = plan(args, folder);
     let is_first = trainer.workers().rank() == 0;
     tell_of_locks(folder.path(), folder.is_shared());
     let bar = progress::bar(usize::try_from(plan.length.end())?, "training");
@@ -272,7 +324,7 @@ fn finish<M: Tasks>(
     let mut board = board.map(|folder| TensorBoard::create(folder.join(seed))).transpose()?;
     let mut drawn = Ok(());
     let put_off = signals.put_off();
-    let mut watch = |_: &Trainer<M::Env>, row: Option<&CurveRow>| {
+    let mut watch = |_: &_, row: Option<&CurveRow>| {
         if let Some(row) = row.filter(|_| is_first) {
             show(&bar, plan.length, row);
             drawn = board.as_mut().map_or(Ok(()), |board| board.write(row));
@@ -280,7 +332,7 @@ fn finish<M: Tasks>(
         let goes_on = signals.received() == 0 && drawn.is_ok();
         if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    let trained = plan.run(&mut trainer, Some(&folder), &mut watch);
+    let trained = plan.run(trainer, Some(folder), &mut watch);
     drop(put_off);
     bar.finish_and_clear();
     trained?;
@@ -298,13 +350,9 @@ fn finish<M: Tasks>(
         }
         return Err(stopped.into());
     }
-    let outcome = plan.finish(tasks, &mut trainer, &folder, args.threads.get(), || true)?;
+    let outcome = plan.finish(tasks, trainer, folder, args.threads.get(), || true)?;
     if is_first {
         say!("train: {outcome}; wrote {}", folder.path().display())?;
-        let UpdateSeconds { total, exchanging, .. } = trainer.update_seconds();
-        if exchanging > 0.0 {
-            say!("train: of {total:.1} s of updates, {exchanging:.1} s were spent in MPI")?;
-        }
     }
     Ok(outcome)
 }

@@ -15,6 +15,7 @@ use crate::learn::error::CheckpointError as Error;
 use crate::learn::run::curve::Counters;
 use crate::learn::run::env::LearnEnv;
 use crate::learn::run::inputs::Inputs;
+use crate::learn::run::learner::check_same;
 use crate::learn::run::trainer::Trainer;
 use crate::learn::settings::algorithm::AlgorithmSettings;
 use crate::learn::settings::train::TrainSettings;
@@ -98,23 +99,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             _ => return Ok(Self::new(make, settings, seed, num_threads)?),
         }
         let trainer = Self::resume(make, folder, num_threads)?;
-        trainer.check_same(&settings, seed, folder)?;
+        check_same(&trainer, &settings, seed, folder)?;
         Ok(trainer)
-    }
-
-    /// Checks that the run resumed from a folder has these settings and this seed.
-    pub(crate) fn check_same(
-        &self,
-        settings: &TrainSettings,
-        seed: u64,
-        folder: &Path,
-    ) -> Result<(), Error> {
-        let what = match (self.seed, &self.settings) {
-            (other, _) if other != seed => format!("the seed {other}"),
-            (_, other) if other != settings => "other settings".to_owned(),
-            _ => return Ok(()),
-        };
-        Err(Error::OtherSettings { folder: folder.to_owned(), what })
     }
 
     /// Continues a run as [`resume`](Self::resume) does, shared by several processes. Returns

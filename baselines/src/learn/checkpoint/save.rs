@@ -19,6 +19,7 @@ use crate::learn::error::{CheckpointError as Error, TrainError};
 use crate::learn::run::collecting::CollectedEnv;
 use crate::learn::run::demonstrated::Demonstrated;
 use crate::learn::run::env::LearnEnv;
+use crate::learn::run::learner::SaveLearner;
 use crate::learn::run::trainer::Trainer;
 use crate::learn::run::updates::Updates;
 use crate::workers::{gather_values, sum};
@@ -146,6 +147,12 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             Own::<<CollectedEnv<E> as SnapshotEnv>::Snapshot>::read(own)?;
         }
         Ok(Parts { state, networks, environment, own, others })
+    }
+}
+
+impl<E: LearnEnv + SnapshotEnv> SaveLearner for Trainer<E> {
+    fn save(&mut self, folder: &Path) -> Result<PathBuf, Error> {
+        self.save_in(folder)
     }
 }
 

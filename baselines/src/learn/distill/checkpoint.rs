@@ -8,7 +8,7 @@ use fetch_env::{EnvError, Info, SnapshotEnv};
 use safetensors::SafeTensors;
 use serde::{Deserialize, Serialize};
 
-use super::distiller::{Columns, Distiller, Recent};
+use super::distiller::{Columns, Distiller, Recent, SightOf};
 use super::frames::Frames;
 use super::settings::DistillSettings;
 use crate::learn::checkpoint::environment::EnvMark;
@@ -21,6 +21,7 @@ use crate::learn::error::CheckpointError as Error;
 use crate::learn::run::curve::{Counters, CurveRow};
 use crate::learn::run::env::LearnEnv;
 use crate::learn::run::inputs::Inputs;
+use crate::learn::run::learner::SaveLearner;
 use crate::policy::VecPolicy;
 use crate::trained::file::{from_bytes, to_bytes};
 
@@ -43,8 +44,17 @@ struct Saved {
     frames: u64,
     /// The places of the numbers that the student sees.
     columns: Columns,
+    /// What a student that sees pictures sees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sight: Option<SightOf>,
     /// The bytes of a picture.
     picture_len: usize,
+}
+
+impl<E: LearnEnv<Info: AsRef<Info>> + SnapshotEnv> SaveLearner for Distiller<E> {
+    fn save(&mut self, folder: &Path) -> Result<PathBuf, Error> {
+        Self::save(self, folder)
+    }
 }
 
 impl<E: LearnEnv<Info: AsRef<Info>> + SnapshotEnv> Distiller<E> {
@@ -68,6 +78,7 @@ impl<E: LearnEnv<Info: AsRef<Info>> + SnapshotEnv> Distiller<E> {
             inputs: self.inputs.clone(),
             frames: self.frames.total,
             columns: self.columns.clone(),
+            sight: self.sight.clone(),
             picture_len: self.frames.pictures.len() / self.frames.len().max(1),
         };
         let state = json(&saved).map_err(unreadable)?;
@@ -103,7 +114,7 @@ impl<E: LearnEnv<Info: AsRef<Info>> + SnapshotEnv> Distiller<E> {
     /// As [`Trainer::resume`](crate::learn::Trainer::resume).
     pub fn resume(
         make: impl Fn() -> Result<E, EnvError>,
-        teacher: Box<dyn VecPolicy<E::Observation, E::Info>>,
+        teacher: Box<dyn VecPolicy<E::Observation, E::Info> + Send>,
         folder: impl AsRef<Path>,
         num_threads: usize,
     ) -> Result<Self, Error> {
@@ -132,6 +143,10 @@ impl<E: LearnEnv<Info: AsRef<Info>> + SnapshotEnv> Distiller<E> {
         EnvMark::read(&environment)
             .and_then(|mark| mark.check(&mut own.template, own.dims.goal))
             .map_err(foreign)?;
+        if saved.sight != own.sight {
+            let sees = saved.sight.map_or("no pictures".to_owned(), |sight| sight.to_string());
+            return Err(Error::OtherSight { path, sees });
+        }
         if saved.inputs.dim() != own.inputs.dim() || saved.columns != own.columns {
             return Err(foreign("its student sees other numbers".to_owned()));
         }

@@ -22,6 +22,7 @@ use crate::learn::run::seeds::{SeedUse, seed_for};
 use crate::learn::run::trainer::vec_env;
 use crate::policy::VecPolicy;
 use crate::trained::{PolicyHeader, TrainedPolicy, TrainedPolicyError};
+use crate::workers::OneProcess;
 
 /// Distills a teacher into a student: a policy on the state into a network, such as one that a
 /// planner's rules or a big network made, by imitation on the states to which the student leads.
@@ -62,15 +63,18 @@ pub struct Distiller<E: LearnEnv> {
     pub(super) template: E,
     pub(super) envs: VecEnv<E>,
     pub(super) evaluation_envs: VecEnv<E>,
-    pub(super) teacher: Box<dyn VecPolicy<E::Observation, E::Info>>,
+    pub(super) teacher: Box<dyn VecPolicy<E::Observation, E::Info> + Send>,
     /// Returns the pictures of a batch, nothing for a student that sees none.
     pub(super) pictures: Pictures<E>,
     pub(super) dims: Dims,
     pub(super) inputs: Inputs,
     pub(super) columns: Columns,
+    /// What a student that sees pictures sees.
+    pub(super) sight: Option<SightOf>,
     pub(super) student: Student,
     pub(super) frames: Frames,
     pub(super) threads: ThreadPool,
+    pub(super) workers: OneProcess,
     pub(super) counters: Counters,
     pub(super) recent: Recent,
     pub(super) rows: Vec<CurveRow>,
@@ -79,6 +83,12 @@ pub struct Distiller<E: LearnEnv> {
 
 /// The places of the numbers that a student sees, among all inputs; `None` for all.
 pub(super) type Columns = Option<Vec<usize>>;
+
+#[cfg(feature = "render")]
+pub(super) type SightOf = crate::trained::Sight;
+/// Nothing sees pictures, but a checkpoint may be of a student that does.
+#[cfg(not(feature = "render"))]
+pub(super) type SightOf = serde_json::Value;
 
 /// What returns the pictures of a batch.
 pub(super) type Pictures<E> = fn(&VecStepOf<E>) -> &[u8];
@@ -112,7 +122,7 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
     /// one cannot be made.
     pub fn new(
         make: impl Fn() -> Result<E, EnvError>,
-        teacher: Box<dyn VecPolicy<E::Observation, E::Info>>,
+        teacher: Box<dyn VecPolicy<E::Observation, E::Info> + Send>,
         settings: DistillSettings,
         seed: u64,
         num_threads: usize,
@@ -129,7 +139,7 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
     /// returns those of a batch.
     pub(super) fn with_student(
         make: impl Fn() -> Result<E, EnvError>,
-        teacher: Box<dyn VecPolicy<E::Observation, E::Info>>,
+        teacher: Box<dyn VecPolicy<E::Observation, E::Info> + Send>,
         settings: DistillSettings,
         seed: u64,
         num_threads: usize,
@@ -168,6 +178,7 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
             envs,
             teacher,
             columns,
+            sight: None,
             pictures: pictures.unwrap_or(|_| &[]),
             inputs: Inputs::new(&settings.inputs(), dims)?,
             student,
@@ -175,6 +186,7 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
             dims,
             template,
             threads: threads.map_err(TrainError::Threads)?,
+            workers: OneProcess,
             counters: Counters::default(),
             recent: Recent::default(),
             rows: Vec::new(),

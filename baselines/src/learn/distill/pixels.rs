@@ -30,7 +30,7 @@ where
     /// network for the pictures.
     pub fn with_pixels(
         make: impl Fn() -> Result<E, EnvError>,
-        teacher: Box<dyn VecPolicy<E::Observation, E::Info>>,
+        teacher: Box<dyn VecPolicy<E::Observation, E::Info> + Send>,
         sight: &Sight,
         settings: DistillSettings,
         seed: u64,
@@ -53,16 +53,26 @@ where
             Ok((Student::of_pixels(shape, rates, seed), Some(columns)))
         };
         let pictures: Pictures<E> = |batch| batch.pixels();
-        Self::with_student(make, teacher, settings, seed, num_threads, Some(pictures), student)
+        let own = Self::with_student(
+            make,
+            teacher,
+            settings,
+            seed,
+            num_threads,
+            Some(pictures),
+            student,
+        )?;
+        Ok(Self { sight: Some(sight.clone()), ..own })
     }
 
     /// Continues a run of [`with_pixels`](Self::with_pixels), otherwise as [`resume`](Self::resume).
     ///
     /// # Errors
-    /// As [`resume`](Self::resume).
+    /// As [`resume`](Self::resume), and [`CheckpointError::OtherSight`] if the student of the
+    /// checkpoint sees another picture, or other fields.
     pub fn resume_pixels(
         make: impl Fn() -> Result<E, EnvError>,
-        teacher: Box<dyn VecPolicy<E::Observation, E::Info>>,
+        teacher: Box<dyn VecPolicy<E::Observation, E::Info> + Send>,
         sight: &Sight,
         folder: impl AsRef<Path>,
         num_threads: usize,
@@ -74,24 +84,21 @@ where
             Ok(Self::with_pixels(make, teacher, sight, settings, seed, num_threads)?)
         })
     }
+}
 
-    /// Returns the student that acts, as it is now, if it was made to see pictures with `sight`.
+impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
+    /// Returns the student that acts, as it is now, if it sees pictures.
     ///
     /// # Errors
     /// [`TrainedPolicyError::NotFinite`] if it has diverged, and [`TrainedPolicyError::Sight`] if it
-    /// sees something else.
-    pub fn pixel_policy(
-        &self,
-        env_id: &str,
-        sight: &Sight,
-    ) -> Result<PixelPolicy, TrainedPolicyError> {
-        let header = self.header(env_id);
-        match &self.student.averaged {
-            StudentNetwork::Pixels(network) if self.columns == Some(sight.columns(&header)?) => {
-                PixelPolicy::new(header, sight.clone(), network.clone())
+    /// sees none.
+    pub fn pixel_policy(&self, env_id: &str) -> Result<PixelPolicy, TrainedPolicyError> {
+        match (&self.student.averaged, &self.sight) {
+            (StudentNetwork::Pixels(network), Some(sight)) => {
+                PixelPolicy::new(self.header(env_id), sight.clone(), network.clone())
             }
             _ => {
-                let reason = "the student sees other fields".to_owned();
+                let reason = "the student sees no pictures".to_owned();
                 Err(TrainedPolicyError::Sight { reason })
             }
         }

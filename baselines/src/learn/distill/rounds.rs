@@ -14,12 +14,16 @@ use super::frames::Frames;
 use super::settings::DistillSettings;
 use crate::evaluate::{EvaluationError, evaluate_range};
 use crate::learn::error::{RunError, TrainError};
-use crate::learn::run::curve::{CurveRow, Target};
+use crate::learn::run::curve::{Counters, CurveRow, Target};
 use crate::learn::run::env::LearnEnv;
 use crate::learn::run::evaluation::EVALUATION_SEED;
 use crate::learn::run::inputs::Inputs;
+use crate::learn::run::learner::{self, Learner};
 use crate::learn::run::seeds::{SeedUse, seed_for};
+use crate::learn::settings::train::json_text;
 use crate::normal::standard_normal;
+use crate::trained::{AnyPolicy, TrainedPolicyError};
+use crate::workers::Workers;
 
 impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
     /// Runs until `num_steps` steps have been taken in total, the target is reached, or `watch`,
@@ -31,24 +35,16 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
         &mut self,
         num_steps: u64,
         target: Option<Target>,
-        mut watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
+        watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
     ) -> Result<(), TrainError> {
-        while !self.is_over(num_steps, target) {
-            if let Some(row) = self.cycle(num_steps, || true)?
-                && watch(self, &row).is_break()
-            {
-                break;
-            }
-        }
-        Ok(())
+        learner::run(self, num_steps, target, watch)
     }
 
     /// Whether a run of `num_steps` steps has ended: it has taken them, and the student was
     /// evaluated after them; or its target is reached.
     #[must_use]
     pub fn is_over(&self, num_steps: u64, target: Option<Target>) -> bool {
-        let is_complete = self.counters.steps >= num_steps && !self.is_due(num_steps);
-        is_complete || target.is_some_and(|target| target.is_reached(&self.rows))
+        Learner::is_over(self, num_steps, target)
     }
 
     /// Evaluates the student if that is due, and returns a row of the learning curve; otherwise
@@ -224,6 +220,57 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
     fn failed(&self, error: RunError) -> TrainError {
         let (steps, checkpoint) = (self.counters.steps, self.last_checkpoint.clone());
         TrainError::Run { steps, checkpoint, source: Box::new(error) }
+    }
+}
+
+impl<E: LearnEnv<Info: AsRef<Info>>> Learner for Distiller<E> {
+    fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    fn rows(&self) -> &[CurveRow] {
+        &self.rows
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn settings_json(&self) -> String {
+        json_text(&self.settings)
+    }
+
+    fn evaluation_episodes(&self) -> usize {
+        self.settings.evaluation_episodes
+    }
+
+    fn workers(&mut self) -> &mut dyn Workers {
+        &mut self.workers
+    }
+
+    fn any_policy(&self, env_id: &str) -> Result<AnyPolicy, TrainedPolicyError> {
+        #[cfg(feature = "render")]
+        if self.sight.is_some() {
+            return self.pixel_policy(env_id).map(|policy| AnyPolicy::Pixels(Box::new(policy)));
+        }
+        self.policy(env_id).map(AnyPolicy::State)
+    }
+
+    fn is_complete(&self, num_steps: u64) -> bool {
+        self.counters.steps >= num_steps && !self.is_due(num_steps)
+    }
+
+    fn run_cycle_while(
+        &mut self,
+        num_steps: u64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<CurveRow>, TrainError> {
+        self.cycle(num_steps, go_on)
+    }
+
+    /// It has no demonstrations.
+    fn run_updates(&mut self, _: u64) -> Result<CurveRow, TrainError> {
+        Err(TrainError::NothingToDraw)
     }
 }
 

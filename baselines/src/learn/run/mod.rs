@@ -11,6 +11,7 @@ pub(crate) mod explorer;
 mod far_starts;
 pub(crate) mod inputs;
 mod last_cycle;
+pub(crate) mod learner;
 mod offline;
 mod replay;
 pub(crate) mod seeds;

@@ -2,12 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use super::curve::{CurveRow, Target};
+use super::curve::{Counters, CurveRow, Target};
 use super::env::LearnEnv;
+use super::learner::{self, Learner};
 use super::trainer::{Rest, Trainer};
 use crate::evaluate::EvaluationError;
 use crate::learn::error::TrainError;
-use crate::workers::sum;
+use crate::learn::settings::train::json_text;
+use crate::trained::{AnyPolicy, TrainedPolicyError};
+use crate::workers::Workers;
 
 /// The number of evaluations of a run whose settings do not say how often to evaluate.
 const DEFAULT_EVALUATIONS: u64 = 20;
@@ -25,25 +28,16 @@ impl<E: LearnEnv> Trainer<E> {
         &mut self,
         num_steps: u64,
         target: Option<Target>,
-        mut watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
+        watch: impl FnMut(&mut Self, &CurveRow) -> ControlFlow<()>,
     ) -> Result<(), TrainError> {
-        while !self.is_over(num_steps, target) {
-            if let Some(row) = self.run_cycle(num_steps)? {
-                let is_over = watch(self, &row).is_break();
-                if sum(&mut *self.workers, u64::from(is_over))? > 0 {
-                    break;
-                }
-            }
-        }
-        Ok(())
+        learner::run(self, num_steps, target, watch)
     }
 
     /// Whether a run of `num_steps` steps has ended: it has collected them, and its last cycle was
     /// not stopped; or its target is reached.
     #[must_use]
     pub fn is_over(&self, num_steps: u64, target: Option<Target>) -> bool {
-        let is_complete = self.counters.steps >= num_steps && self.rest.is_none();
-        is_complete || target.is_some_and(|target| target.is_reached(&self.rows))
+        Learner::is_over(self, num_steps, target)
     }
 
     /// Runs the next cycle of a run of `num_steps` steps, as [`run`](Self::run) does, for callers
@@ -103,5 +97,52 @@ impl<E: LearnEnv> Trainer<E> {
         };
         self.rest = None;
         Ok(row)
+    }
+}
+
+impl<E: LearnEnv> Learner for Trainer<E> {
+    fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    fn rows(&self) -> &[CurveRow] {
+        &self.rows
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn settings_json(&self) -> String {
+        json_text(&self.settings)
+    }
+
+    fn evaluation_episodes(&self) -> usize {
+        self.settings.schedule.evaluation_episodes
+    }
+
+    fn workers(&mut self) -> &mut dyn Workers {
+        &mut *self.workers
+    }
+
+    fn any_policy(&self, env_id: &str) -> Result<AnyPolicy, TrainedPolicyError> {
+        self.policy(env_id).map(AnyPolicy::State)
+    }
+
+    fn is_complete(&self, num_steps: u64) -> bool {
+        self.counters.steps >= num_steps && self.rest.is_none()
+    }
+
+    fn run_cycle_while(
+        &mut self,
+        num_steps: u64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Option<CurveRow>, TrainError> {
+        Self::run_cycle_while(self, num_steps, go_on)
+    }
+
+    fn run_updates(&mut self, num_updates: u64) -> Result<CurveRow, TrainError> {
+        self.update(num_updates)?;
+        self.evaluate()
     }
 }

@@ -156,6 +156,11 @@ pub(crate) fn json_of(settings: &impl Serialize) -> Value {
     serde_json::to_string(settings).and_then(|text| serde_json::from_str(&text)).unwrap_or_default()
 }
 
+/// Returns settings as lines of JSON, in their own order.
+pub(crate) fn json_text(settings: &impl Serialize) -> String {
+    serde_json::to_string_pretty(settings).unwrap_or_default()
+}
+
 /// Returns the name and the value of each setting of a learner or an environment.
 pub(crate) fn each_setting(settings: &impl Serialize) -> Vec<(String, String)> {
     fn add(name: &str, value: &Value, all: &mut Vec<(String, String)>) {

@@ -1,0 +1,109 @@
+//! `train --teacher`: distills a teacher into a policy that sees the state, or pictures.
+
+use std::path::Path;
+
+use baselines::{
+    Sight,
+    learn::DistillSettings,
+    runs::{MakeEnvs, NewStudent, Ready, RunDescription, Student, Teacher},
+};
+use fetch_env::{Camera, FreeCamera};
+
+use super::{Args, errors::in_flags, options, path_of};
+use crate::output::usage;
+use crate::shared::tasks::Tasks;
+
+/// The flags of a run with a teacher.
+#[derive(Clone, Debug, clap::Args)]
+pub struct StudentArgs {
+    /// Distill a teacher, which sees the state, instead of learning from rewards: scripted, trained (the
+    /// policy that comes with the program) or the file of a policy. The planner of `plan` is none, because
+    /// it would have to plan anew from each state to which the student leads
+    #[arg(long, value_name = "NAME")]
+    #[arg(conflicts_with_all = ["preset", "algorithm", "demos", "start", "updates", "noise"])]
+    #[arg(conflicts_with_all = ["grid", "resume", "mpi"])]
+    pub teacher: Option<String>,
+    /// The student sees pictures, the robot's own numbers and the goal, and not the object's
+    #[arg(long, requires = "teacher", conflicts_with_all = ["grid", "resume"])]
+    pixels: bool,
+    /// Camera of the pictures
+    #[arg(long, value_enum, default_value_t = CameraChoice::Near, requires = "pixels")]
+    camera: CameraChoice,
+    /// Width and height of the pictures
+    #[arg(long, value_name = "PIXELS", default_value_t = 64, requires = "pixels")]
+    size: u32,
+    /// Show the goal in the pictures
+    #[arg(long, requires = "pixels")]
+    goal_marker: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum CameraChoice {
+    /// The goals and the gripper as large as they can be
+    Near,
+    /// The reference's
+    Reference,
+}
+
+/// Returns the settings that the flags describe.
+pub fn settings(args: &Args) -> anyhow::Result<DistillSettings> {
+    let mut settings = DistillSettings::of_task(args.env_id.task, args.student.pixels);
+    if let Some(num_envs) = args.envs {
+        settings.num_envs = num_envs.get();
+    }
+    for assignment in &args.set {
+        settings = settings
+            .with(assignment)
+            .map_err(|error| usage(format_args!("--set {assignment}: {error}")))?;
+    }
+    Ok(settings)
+}
+
+/// Begins a run.
+pub fn start(
+    tasks: &impl Tasks,
+    args: &Args,
+    teacher: &str,
+    seed: u64,
+) -> anyhow::Result<Ready<Student>> {
+    let (env_id, settings) = (args.env_id, settings(args)?);
+    let config = options::varied(tasks, args)?.unwrap_or_else(|| env_id.config());
+    let mut description =
+        RunDescription::of_student(env_id, args.model.of_run(), config, &settings, seed);
+    description.sight = args.student.sight(args);
+    description.steps = args.steps.unwrap_or(description.steps);
+    description.target = args.target.unwrap_or(description.target);
+    let teacher = Teacher::named(teacher, env_id.task);
+    let teacher = teacher.map_err(|error| usage(format_args!("--teacher: {error}")))?;
+    let new = NewStudent { description, settings, teacher, overwrite: args.overwrite };
+    let ready = new.begin(tasks, path_of(args, seed), args.threads.get());
+    ready.map_err(|error| in_flags(error.into()))
+}
+
+/// Continues the run in a folder, if it has a teacher.
+pub fn resume(
+    tasks: &impl MakeEnvs,
+    args: &Args,
+    folder: &Path,
+) -> anyhow::Result<Option<Ready<Student>>> {
+    if !RunDescription::read(folder).is_ok_and(|run| run.teacher.is_some()) {
+        return Ok(None);
+    }
+    let ready = Ready::resume_student(tasks, folder, args.threads.get());
+    Ok(Some(ready.map_err(|error| in_flags(error.into()))?))
+}
+
+impl StudentArgs {
+    /// Returns what the student sees, if it sees pictures.
+    fn sight(&self, args: &Args) -> Option<Sight> {
+        let sight = Sight::of_task(args.env_id.task).with_view(|view| {
+            let view = view.with_width(self.size).with_height(self.size);
+            let view = view.with_goals_shown(self.goal_marker);
+            match self.camera {
+                CameraChoice::Near => view,
+                CameraChoice::Reference => view.with_camera(Camera::Free(FreeCamera::REFERENCE)),
+            }
+        });
+        self.pixels.then_some(sight)
+    }
+}
