@@ -12,7 +12,7 @@
 //! | to | use |
 //! |---|---|
 //! | act | a [`Policy`]: [`RandomPolicy`], [`ZeroPolicy`], [`ProportionalPolicy`], [`ScriptedPolicy`], [`TrainedPolicy`] |
-//! | act on pictures | a `PixelPolicy` |
+//! | act on pictures | a `PixelPolicy`; an [`AnyPolicy`] is loaded from a file of either kind |
 //! | act in many environments at once | a [`VecPolicy`] |
 //! | know how much of a task can be solved | a [`Planner`], which knows the simulator |
 //! | measure a policy | [`evaluate`], or [`evaluate_vec`] on many environments |
@@ -20,7 +20,7 @@
 //! | write a data set for Minari or OGBench | a `datasets::DatasetWriter` |
 //! | read a Minari data set | `datasets::import_minari` |
 //! | train a policy | `learn::Trainer` |
-//! | make a network of any teacher, on the state or on pictures | `learn::Distiller` |
+//! | make a network of any teacher, on the state or on pictures | `learn::Distiller`, in a folder `runs::NewStudent` |
 //! | train with your own algorithm | `learn::Algorithm` |
 //! | train in a folder, resume, run grids | `runs::RunPlan` |
 //! | compare two samples | a test of [`statistics`] |

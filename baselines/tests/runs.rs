@@ -9,10 +9,10 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use baselines::learn::{CurveRow, Preset, TrainSettings, Trainer};
+use baselines::learn::{CurveRow, DistillSettings, Preset, TrainSettings, Trainer};
 use baselines::runs::{
-    BuiltInTasks, FolderError, Grid, GridError, GridFolder, Group, MakeEnvs, NewRun, Ready,
-    RunDescription, RunFolder, RunModel, RunPlan, RunsError,
+    BuiltInTasks, FolderError, Grid, GridError, GridFolder, Group, MakeEnvs, NewRun, NewStudent,
+    Ready, RunDescription, RunFolder, RunModel, RunPlan, RunsError, Student, Teacher,
 };
 use baselines::workers::OneProcess;
 use fetch_env::{EnvId, FetchConfig, MakeError, ModelSource, MujocoEnv, Task, make};
@@ -283,6 +283,57 @@ fn settings_are_described_by_what_differs_from_the_nearest_preset() -> Result {
             ["evaluation_episodes=31", "reference", "distance_threshold=0.02"]
         );
         assert_eq!(changed.config(), config.with_model(ModelSource::Reference));
+    }
+    Ok(())
+}
+
+fn begin_student(path: &Path, teacher: Teacher) -> Result<Ready<Student>, RunsError> {
+    let mut settings = DistillSettings::of_task(Task::Reach, false);
+    (settings.hidden, settings.num_envs, settings.batch_size) = (vec![8], 2, 8);
+    (settings.evaluation_interval, settings.evaluation_episodes) = (200, 3);
+    let (model, config) = (RunModel::Builtin, reach().config());
+    let mut description = RunDescription::of_student(reach(), model, config, 7);
+    (description.steps, description.target) = (400, 2.0);
+    NewStudent { description, settings, teacher, overwrite: false }.resume_or_begin(
+        &BuiltInTasks,
+        path,
+        1,
+    )
+}
+
+#[test]
+fn a_student_goes_on_with_its_own_teacher_alone() -> Result {
+    let [whole, stopped] = [tempdir()?, tempdir()?];
+    let trained = || Teacher::named("trained", Task::Reach);
+    let Ready { mut trainer, folder, .. } = begin_student(whole.path(), trained()?)?;
+    let plan = RunPlan::of(folder.description());
+    plan.run(&mut *trainer, Some(&folder), &mut |_: &_, _: Option<&_>| ControlFlow::Continue(()))?;
+    plan.finish(&BuiltInTasks, &mut *trainer, &folder, 1, || true)?;
+    let name = folder.description().group();
+    let begins = "FetchReach-v4-distilled-teacher=FetchReach%2Dv4";
+    assert!(name.starts_with(begins) && name.ends_with("-num_envs=2"), "{name}");
+    let Ready { mut trainer, folder: files, .. } = begin_student(stopped.path(), trained()?)?;
+    let mut watch = |_: &_, _: Option<&_>| ControlFlow::Break(());
+    plan.run(&mut *trainer, Some(&files), &mut watch)?;
+    assert_eq!(trainer.counters().steps, 100);
+    drop(files);
+    let Ready { mut trainer, folder: files, .. } = begin_student(stopped.path(), trained()?)?;
+    plan.run(&mut *trainer, Some(&files), &mut |_: &_, _: Option<&_>| ControlFlow::Continue(()))?;
+    plan.finish(&BuiltInTasks, &mut *trainer, &files, 1, || true)?;
+    assert_eq!(files.read_policy()?, folder.read_policy()?);
+    drop((files, folder));
+
+    let error = begin_student(stopped.path(), Teacher::Scripted).expect_err("another teacher");
+    assert!(error.to_string().contains("has another teacher"), "{error}");
+    let error = Ready::resume(&BuiltInTasks, stopped.path(), 1).expect_err("it has a teacher");
+    assert!(matches!(error, RunsError::HasTeacher { .. }), "{error}");
+    let taught = tempdir()?;
+    drop(begin(taught.path(), false)?);
+    let error = Ready::resume_student(&BuiltInTasks, taught.path(), 1).expect_err("it has none");
+    assert!(matches!(error, RunsError::NoTeacher { .. }), "{error}");
+    for (name, message) in [("planned", "plan anew"), ("tariner", "no teacher tariner")] {
+        let error = Teacher::named(name, Task::Reach).expect_err("it is none");
+        assert!(error.to_string().contains(message), "{error}");
     }
     Ok(())
 }

@@ -138,24 +138,27 @@ impl RunDescription {
         Self::new(env_id, preset, seed).with_changes(model, config, changes)
     }
 
-    /// Describes a run with these settings of the environment, whose own model is left out, and of a
-    /// student that sees the state, or pictures if you set [`sight`](Self::sight). The run ends with
-    /// the default success rate of its task, or after 100,000 steps. Its teacher is set when it
-    /// [begins](super::NewStudent::begin).
+    /// Describes a run with a teacher, and with these settings of the environment, whose own model is
+    /// left out. Its student sees the state, or the pictures of [`sight`](Self::sight) if you set it.
+    /// The run ends with the default success rate of its task, or after at most 100,000 steps. Its
+    /// teacher and its changes are set when it [begins](super::NewStudent::begin).
     #[must_use]
-    pub fn of_student(
-        env_id: EnvId,
-        model: RunModel,
-        config: FetchConfig,
-        settings: &DistillSettings,
-        seed: u64,
-    ) -> Self {
-        let own = |pixels| differences(settings, &DistillSettings::of_task(env_id.task, pixels));
-        let (state, pixels) = (own(false), own(true));
-        let changes = if pixels.len() < state.len() { pixels } else { state };
+    pub fn of_student(env_id: EnvId, model: RunModel, config: FetchConfig, seed: u64) -> Self {
         let run = Self::new(env_id, Preset::Fast, seed);
         let run = Self { preset: None, steps: run.steps.min(100_000), ..run };
-        run.with_changes(model, config, changes)
+        run.with_changes(model, config, Vec::new())
+    }
+
+    /// Sets the teacher, and what differs from the settings that students of the task have.
+    pub(super) fn with_teacher(self, teacher: RunTeacher, settings: &DistillSettings) -> Self {
+        #[cfg(feature = "render")]
+        let pixels = self.sight.is_some();
+        #[cfg(not(feature = "render"))]
+        let pixels = false;
+        let mut changes =
+            differences(settings, &DistillSettings::of_task(self.env_id.task, pixels));
+        changes.extend(self.changes);
+        Self { teacher: Some(teacher), changes, ..self }
     }
 
     /// Sets the model and the settings of the environment, with what differs from its own.

@@ -83,7 +83,7 @@ impl Teacher {
 /// let env_id: EnvId = "FetchPush-v4".parse()?;
 /// let settings = DistillSettings::of_task(env_id.task, true);
 /// let config = env_id.config();
-/// let mut description = RunDescription::of_student(env_id, RunModel::Builtin, config, &settings, 0);
+/// let mut description = RunDescription::of_student(env_id, RunModel::Builtin, config, 0);
 /// # #[cfg(feature = "render")]
 /// # {
 /// description.sight = Some(baselines::Sight::of_task(env_id.task));
@@ -133,8 +133,9 @@ impl NewStudent {
         let path = path.as_ref();
         let mut trainer = self.student(tasks, num_threads)?;
         RunFolder::check_free(path, self.overwrite)?;
-        let (teacher, task) = (Some(self.teacher.description()), tasks.task().map(str::to_owned));
-        let description = RunDescription { teacher, task, ..self.description };
+        let task = tasks.task().map(str::to_owned);
+        let description = RunDescription { task, ..self.description }
+            .with_teacher(self.teacher.description(), &self.settings);
         let teacher = match &self.teacher {
             Teacher::Scripted => None,
             Teacher::Policy(policy) => Some(policy),

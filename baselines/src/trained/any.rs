@@ -20,7 +20,6 @@ use super::{TrainedPolicy, file};
 /// # Ok::<(), baselines::TrainedPolicyError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum AnyPolicy {
     /// It sees the state.
     State(TrainedPolicy),

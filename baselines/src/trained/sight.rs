@@ -45,10 +45,10 @@ impl Sight {
     #[must_use]
     pub fn of_task(task: Task) -> Self {
         let (lookat, distance, elevation) = match task {
-            Task::Reach => ([1.34, 0.75, 0.55], 1.15, -30.0),
+            Task::Reach => ([1.34, 0.75, 0.55], 0.9, -30.0),
             Task::Push => ([1.34, 0.75, 0.42], 0.9, -40.0),
             Task::PickAndPlace => ([1.34, 0.75, 0.55], 1.15, -30.0),
-            Task::Slide => ([1.5, 0.75, 0.42], 1.5, -40.0),
+            Task::Slide => ([1.44, 0.75, 0.42], 1.7, -40.0),
         };
         let camera =
             FreeCamera { lookat: lookat.into(), distance, elevation, ..FreeCamera::REFERENCE };

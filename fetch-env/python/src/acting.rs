@@ -29,7 +29,7 @@ impl Acting {
     /// Takes a trained policy, or a function.
     pub(crate) fn take(policy: &Bound<'_, PyAny>, is_batched: bool) -> Result<Self> {
         if let Ok(trained) = policy.cast::<Policy>() {
-            return Ok(Self::Trained(Box::new(trained.get().copy(policy.py())?)));
+            return Ok(Self::Trained(Box::new(trained.get().state(policy.py(), "policy")?)));
         }
         let function = policy.clone().unbind();
         Ok(Self::Function(Function { function, is_batched, error: None }))

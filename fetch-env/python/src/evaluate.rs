@@ -1,8 +1,10 @@
 //! Evaluating policies.
 
 use baselines::robustness::{RobustnessCurve, RobustnessPoint, SuccessAt};
-use baselines::{Summary, evaluate_vec_while};
-use fetch_env::{FetchConfig, make_vec_while, vec_env::VecConfig};
+use baselines::{AnyPolicy, PixelPolicy, Summary, evaluate_vec_while};
+use fetch_env::{
+    AddRenderObservation, EnvExt, FetchConfig, VecEnv, make_vec_while, vec_env::VecConfig,
+};
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -10,17 +12,35 @@ use crate::acting::Acting;
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::integer::Integer;
+use crate::policy::Policy;
 use crate::signals::Signals;
 use crate::task::{self, Own, Simulated};
 use crate::warnings::simulate;
 
 /// Episodes of one policy.
 struct Episodes {
-    policy: Acting,
+    policy: Either,
     count: usize,
     seed: u64,
     threads: VecConfig,
     own: Option<Own>,
+}
+
+/// What acts on states, or on pictures.
+enum Either {
+    State(Acting),
+    Pixels(Box<PixelPolicy>),
+}
+
+impl Either {
+    fn take(policy: &Bound<'_, PyAny>, is_batched: bool) -> Result<Self> {
+        if let Ok(trained) = policy.cast::<Policy>()
+            && let AnyPolicy::Pixels(pixels) = trained.get().copy(policy.py())?
+        {
+            return Ok(Self::Pixels(pixels));
+        }
+        Ok(Self::State(Acting::take(policy, is_batched)?))
+    }
 }
 
 impl Episodes {
@@ -33,7 +53,7 @@ impl Episodes {
         num_threads: Integer<usize>,
     ) -> Result<Self> {
         let threads = VecConfig::default().with_num_threads(num_threads.0);
-        let policy = Acting::take(policy, batched)?;
+        let policy = Either::take(policy, batched)?;
         Ok(Self { policy, count: count.0, seed: seed.0, threads, own: config.own(false) })
     }
 
@@ -41,6 +61,22 @@ impl Episodes {
         let Self { policy, count, seed, threads, own } = self;
         let own = own.as_ref();
         let make = |config| task::make(config, own).map(Simulated::time_limited);
+        let policy = match policy {
+            Either::State(policy) => policy,
+            Either::Pixels(policy) => {
+                let env = || {
+                    let pictures = AddRenderObservation::new(policy.sight().pixels.clone());
+                    make(config.clone())?.wrap(pictures)
+                };
+                let envs = (0..(*count).clamp(1, 16)).map(|_| env());
+                let mut envs =
+                    VecEnv::new(envs.collect::<std::result::Result<Vec<_>, _>>()?, *threads)?;
+                let run =
+                    evaluate_vec_while(&mut envs, &mut **policy, *count, *seed, || signals.go_on());
+                own.map_or(Ok(()), |own| own.task.check())?;
+                return run.and_then(|evaluation| evaluation.summary()).map_err(Error::chain);
+            }
+        };
         let most = if policy.is_batched() { 16 } else { 1 };
         let mut envs =
             make_vec_while(config, (*count).clamp(1, most), *threads, make, || signals.go_on())?;

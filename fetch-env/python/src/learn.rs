@@ -7,28 +7,30 @@ use std::path::{Path, PathBuf, absolute};
 use std::thread::available_parallelism;
 
 use baselines::{
-    learn::{self, CurveRow, Preset, TrainSettings},
+    Sight, TrainedPolicy,
+    learn::{CurveRow, DistillSettings, Preset, TrainSettings},
     runs::{
-        self, Cycles, FolderError, Length, NewRun, Ready, RunDescription, RunFolder, RunModel,
-        RunPlan, RunsError, TensorBoard,
+        self, Cycles, FolderError, Length, NewRun, NewStudent, Ready, RunDescription, RunFolder,
+        RunModel, RunPlan, RunsError, Student, Teacher, TensorBoard,
     },
     workers::OneProcess,
 };
-use fetch_env::ModelSource;
+use fetch_env::{Camera, FreeCamera, ModelSource, Task};
 use pyo3::{
     Borrowed,
     exceptions::{PyRuntimeWarning, PyTypeError},
     prelude::*,
-    types::PyBool,
+    types::{PyBool, PyMapping},
 };
 
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
+use crate::pictures::free_camera;
 use crate::policy::Policy;
 use crate::signals::Signals;
-use crate::task::{AnyTasks, Limited};
+use crate::task::AnyTasks;
 use crate::warnings::simulate;
 
 /// A success rate, from 0 to 1.
@@ -62,7 +64,7 @@ pub(crate) struct Trainer {
 
 /// A run and the folder where it is saved, if it is.
 struct Run {
-    trainer: learn::Trainer<Limited>,
+    trainer: Student,
     tasks: AnyTasks,
     plan: RunPlan,
     cycles: Cycles,
@@ -91,31 +93,23 @@ impl Trainer {
         start: Option<PyRef<'_, Policy>>,
         tensorboard: Option<PathBuf>,
         observation_noise: Option<f64>,
+        teacher: Option<TeacherOf<'_>>,
+        pixels: Option<Pixels<'_>>,
     ) -> Result<Self> {
         let Integer(seed) = seed;
         let num_threads = match num_threads.0 {
             0 => available_parallelism().map_or(1, NonZero::get),
             number => number,
         };
-        let mut settings = if settings.starts_with('{') {
-            TrainSettings::from_json(settings).map_err(Error::chain)?
-        } else {
-            let preset = settings.parse::<Preset>().map_err(Error::chain)?;
-            let mut settings = preset.settings(config.config.task());
-            if config.task.is_some() {
-                // The mirror images of other tasks are not known.
-                settings.replay.mirrored = 0.0;
-            }
-            settings
-        };
-        if let Some(std) = observation_noise {
-            settings.inputs.actor_observation_noise = std;
-        }
-        let mut description = describe(config, &settings, seed)?;
         // No success rate is 2.
-        (description.steps, description.target) = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
-        let start = start.map(|policy| policy.copy(py)).transpose()?;
-        let new = NewRun { description, settings, start, overwrite: false };
+        let ends = (steps.0, target.map_or(2.0, |Rate(rate)| rate));
+        let new = match teacher {
+            Some(teacher) => New::student(py, config, settings, seed, ends, teacher, pixels)?,
+            None => {
+                let start = start.map(|policy| policy.state(py, "start")).transpose()?;
+                New::trainer(config, settings, seed, ends, start, observation_noise)?
+            }
+        };
         let tasks = config.tasks();
         let mut run = simulate(py, || Run::new(tasks, new, num_threads, out, resume))?;
         if let Some(folder) = tensorboard {
@@ -142,7 +136,7 @@ impl Trainer {
         let folder = folder.as_ref();
         let mut watch = Watch { signals: Signals::new(), row: None };
         let next = simulate(py, || {
-            let next = cycles.next(trainer, folder, &mut watch);
+            let next = cycles.next(&mut **trainer, folder, &mut watch);
             next.map_err(|error| {
                 *has_failed = matches!(error, RunsError::Train(_));
                 in_python(error, folder.map(RunFolder::path))
@@ -172,10 +166,12 @@ impl Trainer {
     /// end.
     fn finish(&self, py: Python<'_>) -> Result<()> {
         let Run { trainer, tasks, plan, folder, .. } = &mut *self.run.lock(py)?;
-        let Some(folder) = folder.as_ref().filter(|_| plan.is_over(trainer)) else { return Ok(()) };
+        let Some(folder) = folder.as_ref().filter(|_| plan.is_over(&**trainer)) else {
+            return Ok(());
+        };
         let (threads, mut signals) = (self.num_threads, Signals::new());
         let finished = simulate(py, || {
-            let finished = plan.finish(tasks, trainer, folder, threads, || signals.go_on());
+            let finished = plan.finish(tasks, &mut **trainer, folder, threads, || signals.go_on());
             finished.map(drop).map_err(|error| in_python(error, Some(folder.path())))
         });
         tasks.check()?;
@@ -201,45 +197,200 @@ impl Trainer {
 
     /// The settings as JSON.
     fn settings(&self, py: Python<'_>) -> Result<String> {
-        Ok(serde_json::to_string(self.run.lock(py)?.trainer.settings())?)
+        Ok(self.run.lock(py)?.trainer.settings_json())
     }
 
     /// The policy that the run has learned.
     fn policy(&self, py: Python<'_>) -> Result<Policy> {
-        let policy = self.run.lock(py)?.trainer.policy(&self.env_id);
+        let policy = self.run.lock(py)?.trainer.any_policy(&self.env_id);
         let policy = policy.map_err(Error::chain)?;
         Ok(policy.into())
+    }
+}
+
+/// A run that begins.
+enum New {
+    Trainer(NewRun),
+    Student(NewStudent),
+}
+
+impl New {
+    /// A run that learns from rewards.
+    fn trainer(
+        config: &Config,
+        settings: &str,
+        seed: u64,
+        ends: (u64, f64),
+        start: Option<TrainedPolicy>,
+        observation_noise: Option<f64>,
+    ) -> Result<Self> {
+        let mut settings = if settings.starts_with('{') {
+            TrainSettings::from_json(settings).map_err(Error::chain)?
+        } else {
+            let preset = settings.parse::<Preset>().map_err(Error::chain)?;
+            let mut settings = preset.settings(config.config.task());
+            if config.task.is_some() {
+                // The mirror images of other tasks are not known.
+                settings.replay.mirrored = 0.0;
+            }
+            settings
+        };
+        if let Some(std) = observation_noise {
+            settings.inputs.actor_observation_noise = std;
+        }
+        let (model, own) = (model_of(config)?, config.config.clone());
+        let mut description = RunDescription::of_settings(config.id, model, own, &settings, seed);
+        (description.steps, description.target) = ends;
+        Ok(Self::Trainer(NewRun { description, settings, start, overwrite: false }))
+    }
+
+    /// A run with a teacher.
+    fn student(
+        py: Python<'_>,
+        config: &Config,
+        settings: &str,
+        seed: u64,
+        ends: (u64, f64),
+        teacher: TeacherOf<'_>,
+        pixels: Option<Pixels<'_>>,
+    ) -> Result<Self> {
+        let task = config.config.task();
+        let settings = if settings.starts_with('{') {
+            serde_json::from_str(settings)?
+        } else if settings == Preset::Fast.name() {
+            let settings = DistillSettings::of_task(task, pixels.is_some());
+            // How low an object of another task may be is not known.
+            let fallen_below = settings.fallen_below.filter(|_| config.task.is_none());
+            DistillSettings { fallen_below, ..settings }
+        } else {
+            return Err(Error::value(format!(
+                "the preset {settings} is of a learner without a teacher: leave it out, or pass settings"
+            )));
+        };
+        let teacher = match teacher {
+            TeacherOf::Policy(policy) => Teacher::Policy(policy.state(py, "teacher")?),
+            TeacherOf::Name(name) => Teacher::named(&name, task).map_err(Error::chain)?,
+        };
+        let (model, own) = (model_of(config)?, config.config.clone());
+        let mut description = RunDescription::of_student(config.id, model, own, seed);
+        (description.steps, description.target) = ends;
+        description.sight = pixels.map(|pixels| pixels.sight(task)).transpose()?;
+        Ok(Self::Student(NewStudent { description, settings, teacher, overwrite: false }))
+    }
+
+    const fn description(&self) -> &RunDescription {
+        match self {
+            Self::Trainer(NewRun { description, .. }) => description,
+            Self::Student(NewStudent { description, .. }) => description,
+        }
+    }
+
+    /// Prepares the run without a folder.
+    fn learner(
+        &self,
+        tasks: &AnyTasks,
+        num_threads: usize,
+    ) -> std::result::Result<Student, RunsError> {
+        match self {
+            Self::Trainer(new) => {
+                Ok(Box::new(new.trainer(tasks, num_threads, Box::new(OneProcess))?))
+            }
+            Self::Student(new) => new.student(tasks, num_threads),
+        }
+    }
+
+    /// Begins the run in a folder, or continues it.
+    fn ready(
+        self,
+        tasks: &AnyTasks,
+        path: &Path,
+        num_threads: usize,
+        resume: bool,
+    ) -> std::result::Result<(Student, RunFolder), RunsError> {
+        match self {
+            Self::Trainer(new) => {
+                let ready = match resume {
+                    true => new.resume_or_begin(tasks, path, num_threads),
+                    false => new.begin(tasks, path, num_threads, Box::new(OneProcess), |_| Ok(())),
+                };
+                let Ready { trainer, folder, .. } = ready?;
+                Ok((Box::new(trainer), folder))
+            }
+            Self::Student(new) => {
+                let ready = match resume {
+                    true => new.resume_or_begin(tasks, path, num_threads),
+                    false => new.begin(tasks, path, num_threads),
+                };
+                let Ready { trainer, folder, .. } = ready?;
+                Ok((trainer, folder))
+            }
+        }
+    }
+}
+
+/// A teacher in Python.
+#[derive(FromPyObject)]
+pub(crate) enum TeacherOf<'py> {
+    Policy(PyRef<'py, Policy>),
+    Name(String),
+}
+
+/// What a student sees, in Python: `camera`, `size` and `marker`.
+#[derive(FromPyObject)]
+pub(crate) struct Pixels<'py>(Bound<'py, PyAny>, Integer<u32>, bool);
+
+impl Pixels<'_> {
+    fn sight(self, task: Task) -> Result<Sight> {
+        let Self(camera, Integer(size), marker) = self;
+        let camera = if let Ok(numbers) = camera.cast::<PyMapping>() {
+            Some(free_camera(numbers)?)
+        } else {
+            match camera.extract::<String>().ok().as_deref() {
+                Some("near") => None,
+                Some("reference") => Some(FreeCamera::REFERENCE),
+                _ => {
+                    return Err(Error::value(format!(
+                        "camera is {}: pass \"near\", \"reference\", or a dictionary with distance, \
+                         azimuth, elevation and lookat",
+                        Error::shown(&camera)
+                    )));
+                }
+            }
+        };
+        Ok(Sight::of_task(task).with_view(|view| {
+            let view = view.with_width(size).with_height(size).with_goals_shown(marker);
+            match camera {
+                Some(camera) => view.with_camera(Camera::Free(camera)),
+                None => view,
+            }
+        }))
     }
 }
 
 impl Run {
     fn new(
         tasks: AnyTasks,
-        new: NewRun,
+        new: New,
         num_threads: usize,
         out: Option<PathBuf>,
         resume: bool,
     ) -> Result<Self> {
-        let mut plan = RunPlan::of(&new.description);
+        let mut plan = RunPlan::of(new.description());
         let (mut trainer, folder) = match &out {
             None => {
-                let trainer = new.trainer(&tasks, num_threads, Box::new(OneProcess));
+                let trainer = new.learner(&tasks, num_threads);
                 (trainer.map_err(|error| in_python(error, None))?, None)
             }
             Some(path) => {
-                let ready = match resume {
-                    true => new.resume_or_begin(&tasks, path, num_threads),
-                    false => new.begin(&tasks, path, num_threads, Box::new(OneProcess), |_| Ok(())),
-                };
-                let Ready { trainer, folder, .. } =
-                    ready.map_err(|error| in_python(error, Some(path)))?;
+                let ready = new.ready(&tasks, path, num_threads, resume);
+                let (trainer, folder) = ready.map_err(|error| in_python(error, Some(path)))?;
                 if let length @ Length::Updates(_) = RunPlan::of(folder.description()).length {
                     plan.length = length;
                 }
                 (trainer, Some(folder))
             }
         };
-        let cycles = plan.begin(&mut trainer, folder.as_ref());
+        let cycles = plan.begin(&mut *trainer, folder.as_ref());
         let cycles = cycles.map_err(|error| in_python(error, out.as_deref()))?;
         Ok(Self { trainer, tasks, plan, cycles, folder, board: None, has_failed: false })
     }
@@ -251,26 +402,25 @@ struct Watch {
     row: Option<CurveRow>,
 }
 
-impl runs::Watch<Limited> for Watch {
+impl<L: ?Sized> runs::Watch<L> for Watch {
     fn go_on(&mut self) -> bool {
         self.signals.go_on()
     }
 
-    fn cycle(&mut self, _: &learn::Trainer<Limited>, row: Option<&CurveRow>) -> ControlFlow<()> {
+    fn cycle(&mut self, _: &L, row: Option<&CurveRow>) -> ControlFlow<()> {
         self.row = row.cloned();
         ControlFlow::Continue(())
     }
 }
 
-/// Describes a run as its folder does.
-fn describe(config: &Config, settings: &TrainSettings, seed: u64) -> Result<RunDescription> {
-    let model = match config.config.sim().model() {
+/// Returns the model as the folder of a run describes it.
+fn model_of(config: &Config) -> Result<RunModel> {
+    Ok(match config.config.sim().model() {
         ModelSource::Reference => RunModel::Reference,
         // The run may be resumed from another current folder.
         ModelSource::Folder(folder) => RunModel::Folder(absolute(folder).map_err(Error::chain)?),
         _ => RunModel::Builtin,
-    };
-    Ok(RunDescription::of_settings(config.id, model, config.config.clone(), settings, seed))
+    })
 }
 
 /// Returns the error of a run with Python's remedies.
@@ -283,6 +433,10 @@ fn in_python(error: RunsError, out: Option<&Path>) -> Error {
                 folder.display()
             ))
         }
+        RunsError::HasTeacher { .. } => {
+            Error::value("the run has a teacher: pass the same teacher")
+        }
+        RunsError::NoTeacher { .. } => Error::value("the run has no teacher: leave out teacher"),
         RunsError::Train(error) => Error::chain(error),
         RunsError::Checkpoint(error) => Error::chain(error),
         RunsError::Make(error) => error.into(),

@@ -223,7 +223,7 @@ pub(crate) fn camera_names(simulator: &MujocoSimulator) -> Vec<String> {
 }
 
 /// Reads a camera as Gymnasium describes it. What is left out is the reference's.
-fn free_camera(numbers: &Bound<'_, PyMapping>) -> Result<FreeCamera> {
+pub(crate) fn free_camera(numbers: &Bound<'_, PyMapping>) -> Result<FreeCamera> {
     let mut camera = FreeCamera::REFERENCE;
     for item in numbers.items()? {
         let (key, value): (String, Bound<'_, PyAny>) = item.extract()?;

@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 
-use baselines::{PolicyHeader, TrainedPolicy};
-use fetch_env::EnvId;
+use baselines::{AnyPolicy, PolicyHeader, TrainedPolicy};
+use fetch_env::{Camera, EnvId, RenderOptions};
 use her_relabel::StateRows;
-use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
 use pyo3::{prelude::*, types::PyBytes};
+use serde_json::{Value, json};
 
 use crate::arrays::Numbers;
 use crate::error::{Error, Result};
@@ -17,20 +20,20 @@ type Layer<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f32>>);
 
 /// A trained policy.
 #[pyclass(frozen, module = "fetch_env._native")]
-pub(crate) struct Policy(Exclusive<TrainedPolicy>);
+pub(crate) struct Policy(Exclusive<AnyPolicy>);
 
 #[pymethods]
 impl Policy {
     /// Reads the contents of a file.
     #[new]
     fn new(contents: &[u8]) -> Result<Self> {
-        Ok(Self::from(TrainedPolicy::from_bytes(contents).map_err(Error::value)?))
+        Ok(Self::from(AnyPolicy::from_bytes(contents).map_err(Error::value)?))
     }
 
     /// Loads a file.
     #[staticmethod]
     fn load(path: PathBuf) -> Result<Self> {
-        let loaded = TrainedPolicy::load(&path);
+        let loaded = AnyPolicy::load(&path);
         Ok(Self::from(loaded.map_err(|error| Error::chain(error).at(&path))?))
     }
 
@@ -39,7 +42,7 @@ impl Policy {
     fn shipped(env_id: &str, robust: bool) -> Result<Self> {
         let id: EnvId = env_id.strip_prefix("fetch_env/").unwrap_or(env_id).parse()?;
         let load = if robust { TrainedPolicy::robust } else { TrainedPolicy::shipped };
-        Ok(Self::from(load(id.task).map_err(Error::value)?))
+        Ok(Self::from(AnyPolicy::State(load(id.task).map_err(Error::value)?)))
     }
 
     /// Replaces a file, whole or not at all.
@@ -59,7 +62,7 @@ impl Policy {
 
     /// The weights, with a row for each input, and the biases of each layer.
     fn layers<'py>(&self, py: Python<'py>) -> Result<Vec<Layer<'py>>> {
-        let policy = self.0.lock(py)?;
+        let policy = self.state(py, "weights")?;
         let layers = policy.layers().iter().map(|layer| {
             let weights = PyArray1::from_slice(py, &layer.weights);
             let weights = weights.reshape([layer.num_inputs, layer.biases.len()])?;
@@ -68,14 +71,27 @@ impl Policy {
         layers.collect()
     }
 
-    /// The greedy actions for states of any batch shape: an array of that shape and the length of
-    /// an action.
+    /// What the policy sees besides numbers, as JSON: the arguments of `draw`, or `null`.
+    fn view(&self, py: Python<'_>) -> Result<String> {
+        let view = match &*self.0.lock(py)? {
+            AnyPolicy::State(_) => Value::Null,
+            AnyPolicy::Pixels(policy) => {
+                let view = policy.sight().pixels.views().next();
+                view.map_or(Value::Null, |(_, view)| arguments_of(view))
+            }
+        };
+        Ok(view.to_string())
+    }
+
+    /// The greedy actions for states of any batch shape, and pictures if the policy sees them: an
+    /// array of that shape and the length of an action.
     fn act<'py>(
         &self,
         py: Python<'py>,
         observation: &Bound<'py, PyAny>,
         achieved_goal: &Bound<'py, PyAny>,
         desired_goal: &Bound<'py, PyAny>,
+        pixels: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyArrayDyn<f32>>> {
         let PolicyHeader { observation_len, goal_len, action_len, .. } = *self.0.lock(py)?.header();
         let observation = Numbers::take("observation", observation)?;
@@ -97,22 +113,73 @@ impl Policy {
         };
         let shape = [batch, &[action_len]].concat();
         let mut actions = vec![0.0; shape.iter().product()];
-        self.0.lock(py)?.act_rows(&states, &mut actions).map_err(Error::value)?;
+        match &mut *self.0.lock(py)? {
+            AnyPolicy::State(policy) => policy.act_rows(&states, &mut actions),
+            AnyPolicy::Pixels(policy) => {
+                let [height, width] = policy.network().shape().picture_size();
+                let pictures = pictures(pixels, &[batch, &[height, width, 3]].concat())?;
+                policy.act_rows(&pictures, &states, &mut actions)
+            }
+        }
+        .map_err(Error::value)?;
         Ok(PyArray1::from_vec(py, actions).reshape(shape)?)
     }
 }
 
-impl From<TrainedPolicy> for Policy {
-    fn from(policy: TrainedPolicy) -> Self {
+impl From<AnyPolicy> for Policy {
+    fn from(policy: AnyPolicy) -> Self {
         Self(Exclusive::new(policy))
     }
 }
 
 impl Policy {
     /// Returns a copy for this call alone.
-    pub(crate) fn copy(&self, py: Python<'_>) -> Result<TrainedPolicy> {
+    pub(crate) fn copy(&self, py: Python<'_>) -> Result<AnyPolicy> {
         Ok(self.0.lock(py)?.clone())
     }
+
+    /// Returns a copy of a policy that sees the state, for what only such a policy has or can be.
+    pub(crate) fn state(&self, py: Python<'_>, what: &str) -> Result<TrainedPolicy> {
+        match self.copy(py)? {
+            AnyPolicy::State(policy) => Ok(policy),
+            AnyPolicy::Pixels(_) => Err(Error::value(format!(
+                "{what}: the policy sees pictures: pass one of the state"
+            ))),
+        }
+    }
+}
+
+/// Returns what a view shows as the arguments of `draw` in Python.
+fn arguments_of(view: &RenderOptions) -> Value {
+    json!({
+        "width": view.width(),
+        "height": view.height(),
+        "camera": match view.camera() {
+            Camera::Free(camera) => json!(camera),
+            Camera::Named(name) => json!(name),
+            camera => json!(format!("{camera:?}")),
+        },
+        "marker": view.goals_shown(),
+        "samples": view.samples(),
+    })
+}
+
+/// Returns the pictures of an observation, which must have this shape.
+fn pictures(pixels: Option<&Bound<'_, PyAny>>, shape: &[usize]) -> Result<Vec<u8>> {
+    let wrong = |actual: String| {
+        Error::value(format!(
+            "pixels {actual}: the policy sees pictures, so pass an array of uint8 of the shape \
+             {shape:?}, of draw(**policy.view)"
+        ))
+    };
+    let pixels = pixels.ok_or_else(|| wrong("is missing".to_owned()))?;
+    let Ok(array) = pixels.extract::<PyReadonlyArrayDyn<'_, u8>>() else {
+        return Err(wrong("is no such array".to_owned()));
+    };
+    if array.shape() != shape {
+        return Err(wrong(format!("has the shape {:?}", array.shape())));
+    }
+    Ok(array.as_array().iter().copied().collect())
 }
 
 /// Returns the numbers of a part of an observation, which must have the shape of the batch and

@@ -68,8 +68,7 @@ pub fn start(
 ) -> anyhow::Result<Ready<Student>> {
     let (env_id, settings) = (args.env_id, settings(args)?);
     let config = options::varied(tasks, args)?.unwrap_or_else(|| env_id.config());
-    let mut description =
-        RunDescription::of_student(env_id, args.model.of_run(), config, &settings, seed);
+    let mut description = RunDescription::of_student(env_id, args.model.of_run(), config, seed);
     description.sight = args.student.sight(args);
     description.steps = args.steps.unwrap_or(description.steps);
     description.target = args.target.unwrap_or(description.target);

@@ -25,6 +25,7 @@ from .her import HerBuffer
 from .ids import ENV_IDS, register_own, replace_gymnasium_robotics
 from .learn import CurveRow, Training, evaluate, robustness, train
 from .model import download_reference_model, has_reference_model, library_path
+from .pictures import Pixels
 from .policy import Policy
 from .program import main
 from .sampling import Sampling
@@ -40,6 +41,7 @@ __all__ = [
     "HerBuffer",
     "MujocoError",
     "MujocoWarning",
+    "Pixels",
     "Policy",
     "Sampling",
     "Settings",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,17 +13,18 @@ import numpy as np
 
 from . import _native
 from .acting import acting
+from .pictures import seen
 from .policy import Policy
 from .progress import Progress
 from .settings import make_config
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable, Mapping, Sequence
 
     from typing_extensions import Unpack
 
     from .acting import Act, Model
+    from .pictures import Pixels
     from .settings import Settings
 
 
@@ -97,12 +99,14 @@ def train(  # noqa: PLR0913
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
     start: Policy | None = None,
+    teacher: Policy | str | os.PathLike[str] | None = None,
+    pixels: bool | Pixels = False,
     noise: Mapping[str, float] | None = None,
     tensorboard: str | os.PathLike[str] | None = None,
     progress: bool | Callable[[CurveRow], object] = True,
     **settings: Unpack[Settings],
 ) -> Training:
-    """Learn a task with hindsight, from rewards alone.
+    """Learn a task with hindsight, from rewards alone, or from a teacher.
 
     ``train("FetchReach-v4", target=1.0)`` takes a few seconds on two cores, and Push about a
     minute, evaluations included, which ``counters["seconds"]`` of a row leaves out. The settings
@@ -126,6 +130,13 @@ def train(  # noqa: PLR0913
     stops, call it again with ``resume=True``, or run ``fetch-env train --resume``: either continues
     what the other began, with the same bits as if it had not been stopped.
 
+    With a ``teacher``, a student imitates it in the states to which the student leads (DAgger),
+    and rewards are not used. The teacher sees the state. With ``pixels``, the student sees pictures
+    instead, the robot's own numbers and the goal, so that the state is needed in training alone::
+
+        training = fetch_env.train("FetchPush-v4", teacher="trained", pixels=True)
+        fetch_env.evaluate("FetchPush-v4", training.policy)["success_rate"]["value"]
+
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
         preset: ``"fast"`` (DDPG), ``"book"`` (SAC) or ``"authors"`` (the DDPG of HER's authors);
@@ -143,6 +154,12 @@ def train(  # noqa: PLR0913
             policy becomes much worse before it becomes better, unless ``actor_learning_rate`` is
             small, such as 0.0001. The first ``random_episodes`` are random. The run must have
             layers of the same sizes; a resumed one does not need it.
+        teacher: Whom a student imitates: a policy that sees the state or its file, ``"trained"``
+            (the one that comes with the package) or ``"scripted"``. Settings in ``preset`` are
+            those of :attr:`Training.settings` of such a run, such as ``hidden``. The program's
+            planner is no teacher: it would have to plan anew from each state.
+        pixels: Whether the student sees pictures, or a dictionary of what differs from the usual
+            ones: see :class:`fetch_env.Pixels`.
         noise: Standard deviations of noise that the policy learns to stand: ``"observation"`` on
             what the actor sees, in the units of the observation, while the critic learns from exact
             ones, and ``"action"`` on actions, as ``variation={"action_noise": ...}``. Evaluations
@@ -154,9 +171,10 @@ def train(  # noqa: PLR0913
         **settings: See :class:`fetch_env.Settings`.
 
     Raises:
-        ValueError: If an argument or a setting is out of its range, ``out`` has another run or is
-            in use, ``start`` does not fit the run, or the training diverges.
-        OSError: If a file of the run cannot be written or read.
+        ValueError: If an argument or a setting is out of its range or has no meaning beside the
+            others, ``out`` has another run or is in use, ``start`` or ``teacher`` does not fit the
+            run, or the training diverges.
+        OSError: If a file of the run cannot be written or read, or there is no OpenGL for pictures.
         FileNotFoundError: If there is no such model.
         fetch_env.SimulationError: If the physics became unstable.
     """
@@ -175,15 +193,8 @@ def train(  # noqa: PLR0913
     # The function may change the current directory.
     out = None if out is None else Path(out).absolute()
     learner = preset if isinstance(preset, str) else json.dumps(preset)
-    observation_noise = None
-    for name, std in (noise or {}).items():
-        if name == "observation":
-            observation_noise = std
-        elif name == "action":
-            settings["variation"] = {**settings.get("variation", {}), "action_noise": std}
-        else:
-            message = f"noise has the key {name!r}: pass 'observation' or 'action'"
-            raise ValueError(message)
+    observation_noise = _take_noise(noise or {}, settings)
+    student = _student(teacher, pixels, start, observation_noise)
     config = make_config(env_id, **settings)
     native = None if start is None else start._native  # noqa: SLF001
     trainer = _native.Trainer(
@@ -198,6 +209,7 @@ def train(  # noqa: PLR0913
         native,
         tensorboard,
         observation_noise,
+        *student,
     )
     shown = Progress(f"{config.env_id}, seed {seed}", steps) if progress is True else None
     interrupted = False
@@ -213,6 +225,41 @@ def train(  # noqa: PLR0913
         raise
     finally:
         trainer.close()
+
+
+def _take_noise(noise: Mapping[str, float], settings: Settings) -> float | None:
+    """Add the noise of actions to settings, and return that of observations."""
+    for name in set(noise) - {"observation", "action"}:
+        message = f"noise has the key {name!r}: pass 'observation' or 'action'"
+        raise ValueError(message)
+    if "action" in noise:
+        settings["variation"] = {**settings.get("variation", {}), "action_noise": noise["action"]}
+    return noise.get("observation")
+
+
+def _student(
+    teacher: Policy | str | os.PathLike[str] | None,
+    pixels: bool | Pixels,  # noqa: FBT001
+    start: Policy | None,
+    observation_noise: float | None,
+) -> tuple[_native.Policy | str | None, tuple[Any, Any, bool] | None]:
+    """Return teacher and pictures as the native module takes them."""
+    if teacher is None:
+        if pixels:
+            message = "pixels need a teacher: pass teacher='trained', another policy or 'scripted'"
+            raise ValueError(message)
+        return None, None
+    if start is not None or observation_noise is not None:
+        message = "start and noise of observations have no meaning with a teacher: leave them out"
+        raise ValueError(message)
+    pictures = seen(pixels)
+    if isinstance(teacher, Policy):
+        return teacher._native, pictures  # noqa: SLF001
+    try:
+        return os.fspath(teacher), pictures
+    except TypeError:
+        message = f"teacher is {type(teacher).__name__}: pass a fetch_env.Policy, a name or a file"
+        raise TypeError(message) from None
 
 
 def _run(
@@ -275,10 +322,11 @@ def evaluate(  # noqa: PLR0913
 
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
-        policy: A policy; a model of Stable-Baselines3, whose ``predict`` is called with
-            ``deterministic=True``; or a function of an observation that returns its action, of
-            shape (4,). A function is called on this thread, for one episode after the other, and
-            its method ``reset``, if it has one, before each. An exception ends the call.
+        policy: A policy, which sees its own pictures if it sees any; a model of Stable-Baselines3,
+            whose ``predict`` is called with ``deterministic=True``; or a function of an observation
+            that returns its action, of shape (4,). A function is called on this thread, for one
+            episode after the other, and its method ``reset``, if it has one, before each. An
+            exception ends the call.
         episodes: Number of episodes.
         batched: Whether a function takes many observations, parts of shape (N, length) from N
             environments, of which some may have ended their episode, and returns actions of shape

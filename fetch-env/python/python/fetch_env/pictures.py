@@ -22,5 +22,32 @@ class Asked(TypedDict):
     samples: int
 
 
+class Pixels(TypedDict, total=False):
+    """The pictures of a student; what is left out is as usual for the task."""
+
+    camera: Literal["near", "reference"] | Mapping[str, Any]
+    """``"near"`` (the default: goals and gripper as large as they can be), ``"reference"``, or a
+    dictionary with ``distance``, ``azimuth``, ``elevation`` and ``lookat``."""
+    size: int
+    """Width and height, 64 by default."""
+    marker: bool
+    """Whether the goal is shown, ``False`` by default."""
+
+
+def seen(pixels: bool | Pixels) -> tuple[Any, Any, bool] | None:  # noqa: FBT001
+    """Return what a student sees as the native module takes it.
+
+    Raises:
+        TypeError: If it is neither a truth value nor a dictionary of these keys.
+    """
+    if isinstance(pixels, bool):
+        return ("near", 64, False) if pixels else None
+    if not isinstance(pixels, dict) or (others := set(pixels) - set(Pixels.__annotations__)):
+        what = sorted(others) if isinstance(pixels, dict) else repr(pixels)
+        message = f"pixels: pass True, or a dictionary with camera, size and marker, not {what}"
+        raise TypeError(message)
+    return pixels.get("camera", "near"), pixels.get("size", 64), pixels.get("marker", False)
+
+
 #: The modes, and the kinds of their pictures.
 RENDER_MODES: dict[str | None, Kind] = {"rgb_array": "rgb", "depth_array": "depth"}

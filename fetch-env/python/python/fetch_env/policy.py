@@ -28,6 +28,12 @@ class Policy:
 
         policy = fetch_env.Policy.shipped("FetchPush-v4")
         action = policy(observation)
+
+    One that sees pictures needs them in the observation, under the key ``pixels``, of ``uint8`` and
+    of the shape (..., height, width, 3), as its own :attr:`view` shows them::
+
+        pixels = env.unwrapped.draw(**policy.view)
+        action = policy({**observation, "pixels": pixels})
     """
 
     def __init__(self, native: _native.Policy) -> None:
@@ -69,8 +75,17 @@ class Policy:
         header: dict[str, Any] = json.loads(self._native.header())
         return header
 
+    @property
+    def view(self) -> dict[str, Any] | None:
+        """The arguments with which ``draw()`` of an environment shows what the policy sees.
+
+        They are ``None`` for a policy that sees the state.
+        """
+        view: dict[str, Any] | None = json.loads(self._native.view())
+        return view
+
     def weights(self) -> Weights:
-        """Return copies of all that an action is computed with.
+        """Return copies of all that an action is computed with, if it sees the state.
 
         It is the hyperbolic tangent of the last layer's outputs, and the layers before have
         rectified linear units::
@@ -138,10 +153,11 @@ class Policy:
         Raises:
             TypeError: If the observation is not a dictionary of ``observation``,
                 ``achieved_goal`` and ``desired_goal``.
-            ValueError: If their shapes do not fit the policy or each other, or a number is NaN or
-                infinite.
+            ValueError: If their shapes do not fit the policy or each other, a number is NaN or
+                infinite, or there are no pictures of the policy's size.
         """
-        return self._native.act(*parts(observation))
+        state, achieved_goal, desired_goal = parts(observation)
+        return self._native.act(state, achieved_goal, desired_goal, observation.get("pixels"))
 
     def predict(
         self,
