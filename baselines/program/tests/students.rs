@@ -128,7 +128,7 @@ fn flags_without_a_meaning_are_refused_by_name() -> Result {
         ("--teacher trained --noise action=1", "'--noise <NAME=NUMBER>'"),
         ("--teacher trained --mpi", "'--mpi'"),
         ("--teacher trained --set gamma=0.9", "--set gamma=0.9: there is no setting gamma"),
-        ("--teacher trained --pixels --size 4", "pixels"),
+        ("--teacher trained --pixels --size 4", "4 is not in 16..=512"),
         ("--teacher trained --pixels --set relative_goal=true", "relative_goal"),
     ] {
         let output = fetch(&format!("train {flags} --out")).arg(out.path()).output()?;

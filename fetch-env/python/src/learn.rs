@@ -357,6 +357,9 @@ impl Pixels<'_> {
                 }
             }
         };
+        if !(16..=512).contains(&size) {
+            return Err(Error::value(format!("size is {size}: pass a number from 16 to 512")));
+        }
         Ok(Sight::of_task(task).with_view(|view| {
             let view = view.with_width(size).with_height(size).with_goals_shown(marker);
             match camera {

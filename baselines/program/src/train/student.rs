@@ -31,6 +31,7 @@ pub struct StudentArgs {
     camera: CameraChoice,
     /// Width and height of the pictures
     #[arg(long, value_name = "PIXELS", default_value_t = 64, requires = "pixels")]
+    #[arg(value_parser = clap::value_parser!(u32).range(16..=512))]
     size: u32,
     /// Show the goal in the pictures
     #[arg(long, requires = "pixels")]

@@ -138,15 +138,15 @@ impl<E: LearnEnv<Info: AsRef<Info>> + SnapshotEnv> Distiller<E> {
             .map_err(|reason| file.damaged(reason))?;
         let mut own = build(saved.settings, saved.seed)?;
         let path = file.path.clone();
+        if saved.sight != own.sight {
+            let sees = saved.sight.map_or("no pictures".to_owned(), |sight| sight.to_string());
+            return Err(Error::OtherSight { path, sees });
+        }
         let foreign = |reason: String| Error::Foreign { path: path.clone(), reason };
         let environment = file.entry(ENVIRONMENT)?;
         EnvMark::read(&environment)
             .and_then(|mark| mark.check(&mut own.template, own.dims.goal))
             .map_err(foreign)?;
-        if saved.sight != own.sight {
-            let sees = saved.sight.map_or("no pictures".to_owned(), |sight| sight.to_string());
-            return Err(Error::OtherSight { path, sees });
-        }
         if saved.inputs.dim() != own.inputs.dim() || saved.columns != own.columns {
             return Err(foreign("its student sees other numbers".to_owned()));
         }

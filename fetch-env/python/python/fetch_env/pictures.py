@@ -29,7 +29,7 @@ class Pixels(TypedDict, total=False):
     """``"near"`` (the default: goals and gripper as large as they can be), ``"reference"``, or a
     dictionary with ``distance``, ``azimuth``, ``elevation`` and ``lookat``."""
     size: int
-    """Width and height, 64 by default."""
+    """Width and height, from 16 to 512, 64 by default."""
     marker: bool
     """Whether the goal is shown, ``False`` by default."""
 
