@@ -90,7 +90,7 @@ def test_a_teacher_may_be_a_policy_a_file_or_a_script(run, tmp_path):
         ({"start": fetch_env.Policy.shipped("FetchReach-v4")}, "start and noise of observations"),
         ({"noise": {"observation": 0.1}}, "start and noise of observations"),
         ({"pixels": {"width": 3}}, "pixels: pass True, or a dictionary"),
-        ({"pixels": {"camera": "far"}}, "camera is 'far': pass \"near\""),
+        ({"pixels": {"camera": "far"}}, 'camera is far: pass "near"'),
         ({"pixels": {"size": 4}}, "size is 4: pass a number from 16 to 512"),
     ],
 )
