@@ -20,6 +20,10 @@ use super::{TrainedPolicy, file};
 /// # Ok::<(), baselines::TrainedPolicyError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    all(feature = "learn", feature = "render"),
+    expect(clippy::large_enum_variant, reason = "there are few, and most are these")
+)]
 pub enum AnyPolicy {
     /// It sees the state.
     State(TrainedPolicy),
