@@ -157,4 +157,7 @@ picture_wrapper!(
 );
 picture_wrapper!(PixelsOnly, Pixels, |_, pixels| Ok(pixels), |_, pixels| pixels);
 
-impl KeepsGoals for AddRenderObservation {}
+/// Of the state: pictures are as they are.
+impl KeepsGoals for AddRenderObservation {
+    const KEEPS_SYMMETRIES: bool = true;
+}
