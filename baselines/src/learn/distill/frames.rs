@@ -3,20 +3,20 @@
 use her_relabel::StateRows;
 
 /// The newest states: pictures, observations, goals and the teacher's actions, a row for each.
-pub(super) struct Frames {
+pub(in crate::learn) struct Frames {
     capacity: usize,
     /// The number of all states so far; more than the capacity if the oldest were replaced.
-    pub(super) total: u64,
+    pub(in crate::learn) total: u64,
     /// Bytes, until they are used.
-    pub(super) pictures: Vec<u8>,
-    pub(super) observation: Vec<f64>,
-    pub(super) achieved_goal: Vec<f64>,
-    pub(super) desired_goal: Vec<f64>,
-    pub(super) action: Vec<f32>,
+    pub(in crate::learn) pictures: Vec<u8>,
+    pub(in crate::learn) observation: Vec<f64>,
+    pub(in crate::learn) achieved_goal: Vec<f64>,
+    pub(in crate::learn) desired_goal: Vec<f64>,
+    pub(in crate::learn) action: Vec<f32>,
 }
 
 impl Frames {
-    pub(super) const fn new(capacity: usize) -> Self {
+    pub(in crate::learn) const fn new(capacity: usize) -> Self {
         Self {
             capacity,
             total: 0,
@@ -29,12 +29,12 @@ impl Frames {
     }
 
     /// Returns the number of rows.
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::learn) fn len(&self) -> usize {
         self.capacity.min(usize::try_from(self.total).unwrap_or(usize::MAX))
     }
 
     /// Adds `count` rows, each after the one before or in the place of the oldest one.
-    pub(super) fn add(
+    pub(in crate::learn) fn add(
         &mut self,
         count: usize,
         pictures: &[u8],
@@ -53,7 +53,7 @@ impl Frames {
     }
 
     /// Replaces these rows by rows of others.
-    pub(super) fn gather(&mut self, others: &Self, rows: &[usize]) {
+    pub(in crate::learn) fn gather(&mut self, others: &Self, rows: &[usize]) {
         let len = others.len();
         gather(&mut self.pictures, &others.pictures, rows, len);
         gather(&mut self.observation, &others.observation, rows, len);
@@ -63,7 +63,7 @@ impl Frames {
     }
 
     /// Returns observations and goals.
-    pub(super) fn states(&self) -> StateRows<'_, f64> {
+    pub(in crate::learn) fn states(&self) -> StateRows<'_, f64> {
         StateRows {
             observation: &self.observation,
             achieved_goal: &self.achieved_goal,

@@ -2,10 +2,10 @@
 
 mod checkpoint;
 pub(super) mod distiller;
-mod frames;
+pub(super) mod frames;
 #[cfg(feature = "render")]
-mod pixels;
-mod rounds;
+pub(super) mod pixels;
+pub(super) mod rounds;
 pub(super) mod settings;
-mod student;
+pub(super) mod student;
 pub(super) mod teacher;

@@ -36,21 +36,10 @@ where
         seed: u64,
         num_threads: usize,
     ) -> Result<Self, TrainError> {
-        let student = |env: &E, dims: Dims, settings: &DistillSettings, rates, seed| {
-            let size = picture_size(env.observation_space()).ok_or(TrainError::Frames)?;
-            let fields = sight.fields.iter().map(|field| field.range.clone());
-            if let Some(range) = fields.clone().find(|range| range.end > dims.observation) {
-                return Err(TrainError::Setting {
-                    name: "fields",
-                    value: format!("{range:?}"),
-                    expected: "choose elements of the observation, counted from 0",
-                });
-            }
-            let goal = dims.observation..dims.observation + dims.goal;
-            let columns: Vec<usize> = fields.chain([goal]).flatten().collect();
-            let (convolutions, hidden) = (&Convolution::defaults(size), &settings.hidden);
-            let shape = PictureShape::new(size, convolutions, columns.len(), hidden, dims.action)?;
-            Ok((Student::of_pixels(shape, rates, seed), Some(columns)))
+        let student = |env: &E, dims, settings: &DistillSettings, rates, seed| {
+            let space = env.observation_space();
+            let student = pixel_student(space, dims, sight, &settings.hidden, rates, seed);
+            student.map(|(student, columns)| (student, Some(columns)))
         };
         let pictures: Pictures<E> = |batch| batch.pixels();
         let own = Self::with_student(
@@ -103,6 +92,32 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
             }
         }
     }
+}
+
+/// Draws a student for the pictures of an observation space, the fields of `sight` and the desired
+/// goal. Returns it with the places of the numbers that it sees, among observation and goal.
+pub(in crate::learn) fn pixel_student(
+    space: &Space,
+    dims: Dims,
+    sight: &Sight,
+    hidden: &[usize],
+    rates: [f32; 2],
+    seed: u64,
+) -> Result<(Student, Vec<usize>), TrainError> {
+    let size = picture_size(space).ok_or(TrainError::Frames)?;
+    let fields = sight.fields.iter().map(|field| field.range.clone());
+    if let Some(range) = fields.clone().find(|range| range.end > dims.observation) {
+        return Err(TrainError::Setting {
+            name: "fields",
+            value: format!("{range:?}"),
+            expected: "choose elements of the observation, counted from 0",
+        });
+    }
+    let goal = dims.observation..dims.observation + dims.goal;
+    let columns: Vec<usize> = fields.chain([goal]).flatten().collect();
+    let (convolutions, numbers) = (Convolution::defaults(size), columns.len());
+    let shape = PictureShape::new(size, &convolutions, numbers, hidden, dims.action)?;
+    Ok((Student::of_pixels(shape, rates, seed), columns))
 }
 
 /// Returns the height and the width of single RGB pictures with the channels last.

@@ -12,6 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use super::distiller::{Distiller, Recent};
 use super::frames::Frames;
 use super::settings::DistillSettings;
+use super::student::squared_error;
 use crate::evaluate::{EvaluationError, evaluate_range};
 use crate::learn::error::{RunError, TrainError};
 use crate::learn::run::curve::{Counters, CurveRow, Target};
@@ -171,7 +172,9 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
             write(&self.inputs, self.columns.as_deref(), &batch.states(), &mut numbers);
             self.counters.updates += 1;
             let (student, number) = (&mut self.student, self.counters.updates);
-            let error = self.threads.install(|| student.update(number, &batch, &numbers));
+            let loss = |actions: &mut [f32]| squared_error(actions, &batch.action);
+            let error =
+                self.threads.install(|| student.update(number, &batch.pictures, &numbers, loss));
             if !error.is_finite() {
                 let diverged = RunError::Diverged { update: number, critic: 0.0, actor: error };
                 return Err(self.failed(diverged));
@@ -276,7 +279,7 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Learner for Distiller<E> {
 
 /// Replaces `numbers` with what a student sees of states: all inputs, or those in some places.
 /// Returns `false` for states that are not finite, which environments return with an error alone.
-fn write<S: Scalar>(
+pub(in crate::learn) fn write<S: Scalar>(
     inputs: &Inputs,
     columns: Option<&[usize]>,
     states: &StateRows<'_, S, f64>,

@@ -3,7 +3,6 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::frames::Frames;
 #[cfg(feature = "render")]
 use crate::learn::network::PictureShape;
 use crate::learn::network::adam::Adam;
@@ -14,7 +13,7 @@ use crate::tanh::tanh;
 
 /// A network, whatever it sees.
 #[derive(Clone)]
-pub(super) enum StudentNetwork {
+pub(in crate::learn) enum StudentNetwork {
     /// Sees the numbers alone.
     State(Network),
     /// Sees a picture, too.
@@ -30,11 +29,11 @@ struct EitherPass {
 }
 
 /// A network that learns, and its average.
-pub(super) struct Student {
+pub(in crate::learn) struct Student {
     /// Acts in rounds, so that they reach states where it still errs.
     pub(super) learning: StudentNetwork,
     /// Is evaluated.
-    pub(super) averaged: StudentNetwork,
+    pub(in crate::learn) averaged: StudentNetwork,
     pub(super) adam: Adam,
     average_fraction: f32,
     pass: EitherPass,
@@ -99,7 +98,11 @@ impl Student {
 
     /// Draws a student that sees pictures and numbers.
     #[cfg(feature = "render")]
-    pub(super) fn of_pixels(shape: PictureShape, [rate, average]: [f32; 2], seed: u64) -> Self {
+    pub(in crate::learn) fn of_pixels(
+        shape: PictureShape,
+        [rate, average]: [f32; 2],
+        seed: u64,
+    ) -> Self {
         let network = PictureNetwork::init(shape, &mut ChaCha8Rng::seed_from_u64(seed));
         Self::new(StudentNetwork::Pixels(network), rate, average)
     }
@@ -117,7 +120,7 @@ impl Student {
     }
 
     /// Sets the scale of pictures, from some of them.
-    pub(super) fn measure(&mut self, pictures: &[u8]) {
+    pub(in crate::learn) fn measure(&mut self, pictures: &[u8]) {
         for network in [&mut self.learning, &mut self.averaged] {
             if let StudentNetwork::Pixels(network) = network {
                 network.measure(pictures);
@@ -131,24 +134,25 @@ impl Student {
     }
 
     /// Writes the average's actions, otherwise as [`explore`](Self::explore).
-    pub(super) fn act(&mut self, pictures: &[u8], numbers: &[f32], actions: &mut [f32]) {
+    pub(in crate::learn) fn act(&mut self, pictures: &[u8], numbers: &[f32], actions: &mut [f32]) {
         act(self.pass.run(&self.averaged, pictures, numbers), actions);
     }
 
-    /// Takes step `number`, counted from 1, towards the teacher's actions of a batch. Returns the
-    /// mean squared error before it.
-    pub(super) fn update(&mut self, number: u64, batch: &Frames, numbers: &[f32]) -> f32 {
+    /// Takes step `number`, counted from 1, down the loss of actions for pictures and numbers, which
+    /// `loss` returns. It replaces the actions by the derivatives of the loss with respect to them.
+    pub(in crate::learn) fn update(
+        &mut self,
+        number: u64,
+        pictures: &[u8],
+        numbers: &[f32],
+        loss: impl FnOnce(&mut [f32]) -> f32,
+    ) -> f32 {
         let Self { learning, averaged, adam, pass, gradient, .. } = self;
-        let targets = &batch.action;
-        let share = 1.0 / targets.len() as f32;
-        let outputs = pass.run(learning, &batch.pictures, numbers);
+        let outputs = pass.run(learning, pictures, numbers);
         let actions: Vec<f32> = outputs.iter().map(|output| tanh(*output)).collect();
-        let errors = actions.iter().zip(targets).map(|(action, target)| action - target);
-        let loss = errors.map(|error| error * error).sum::<f32>() * share;
-        let slope = |index: usize, _| {
-            let action = actions[index];
-            2.0 * share * (action - targets[index]) * (1.0 - action * action)
-        };
+        let mut slopes = actions.clone();
+        let loss = loss(&mut slopes);
+        let slope = |index: usize, _| slopes[index] * (1.0 - actions[index] * actions[index]);
         pass.backward(learning, slope, gradient);
         adam.step(number, 1.0, learning.parameters_mut(), gradient);
         // At first, the average of about the last tenth of all updates.
@@ -160,4 +164,16 @@ impl Student {
 
 fn act(outputs: &[f32], actions: &mut [f32]) {
     actions.iter_mut().zip(outputs).for_each(|(action, output)| *action = tanh(*output));
+}
+
+/// Returns the mean squared error of actions, and replaces them by its derivatives.
+pub(super) fn squared_error(actions: &mut [f32], targets: &[f32]) -> f32 {
+    let share = 1.0 / targets.len() as f32;
+    let mut loss = 0.0;
+    for (action, target) in actions.iter_mut().zip(targets) {
+        let error = *action - target;
+        loss += error * error;
+        *action = 2.0 * share * error;
+    }
+    loss * share
 }
