@@ -65,6 +65,12 @@ pub enum TrainError {
     /// A student cannot see these pictures.
     #[error("pictures for a student are of one view and one frame, with the channels last")]
     Frames,
+    /// An actor that sees pictures has no critic to learn from.
+    #[error("an actor that sees pictures learns from the critic of ddpg, and not from {algorithm}")]
+    NoCritic {
+        /// The name of the algorithm.
+        algorithm: String,
+    },
     /// There is no network for these pictures.
     #[error(transparent)]
     Picture(#[from] PictureShapeError),
@@ -300,6 +306,12 @@ pub enum CheckpointError {
         /// What its student sees.
         sees: String,
     },
+    /// A run has an actor that sees pictures.
+    #[error(
+        "a run whose actor sees pictures cannot be saved: let it run to its end, and save its \
+         Trainer::pixel_policy"
+    )]
+    PixelActor,
     /// A file in the place of a checkpoint does not belong to this run.
     #[error(
         "{} is not a checkpoint of this run, so nothing is written: choose another folder",

@@ -47,6 +47,8 @@
 //! ```
 
 mod algorithm;
+#[cfg(feature = "render")]
+mod asymmetric;
 mod checkpoint;
 mod distill;
 mod error;
@@ -61,6 +63,8 @@ pub use algorithm::{
     rollout::{Rollout, RolloutError},
     sac::Sac,
 };
+#[cfg(feature = "render")]
+pub use asymmetric::settings::PixelActorSettings;
 pub use checkpoint::{format::checkpoints, resume::Resumed};
 pub use distill::{
     distiller::Distiller,

@@ -1,5 +1,7 @@
 //! Learning: the laws that every run keeps.
 
+#[cfg(feature = "render")]
+mod asymmetric;
 mod bad_input;
 mod damaged_checkpoints;
 mod diagnostics;

@@ -145,6 +145,15 @@ impl Algorithm for Ddpg {
         vec![("target", means[3]), ("critic_gradient_norm", critic), ("actor_gradient_norm", actor)]
     }
 
+    fn value_slopes(&mut self, inputs: &[f32], actions: &mut [f32]) -> Option<f32> {
+        let (pass, critic) = (&mut self.actor_work.critic, &self.networks.critic.network);
+        let values = pass.run_joined(critic, inputs, actions);
+        let (share, num_actions) = (1.0 / values.len() as f32, actions.len() / values.len());
+        let value = values.iter().sum::<f32>() * share;
+        actions.copy_from_slice(pass.backward(critic, |_, _| share, None, num_actions));
+        Some(value)
+    }
+
     fn greedy_layers(&self) -> Vec<LayerWeights> {
         self.networks.averaged_actor.layer_weights()
     }

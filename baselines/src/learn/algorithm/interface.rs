@@ -136,6 +136,15 @@ pub trait Algorithm: Debug + Send {
     /// `noise` has a number of the standard normal distribution for each element of the actions.
     fn explore(&mut self, inputs: &[f32], noise: &[f32], actions: &mut [f32]);
 
+    /// Returns the mean value of actions for `inputs`, as the critic estimates it, and replaces the
+    /// actions by its derivatives with respect to them: what an actor learns from that sees
+    /// something else, as [`Trainer::with_pixels`](crate::learn::Trainer::with_pixels) has it. The
+    /// default has no critic of actions, and returns `None`.
+    fn value_slopes(&mut self, inputs: &[f32], actions: &mut [f32]) -> Option<f32> {
+        let _ = (inputs, actions);
+        None
+    }
+
     /// Returns the layers of the greedy actor, the one that is evaluated, with rectified linear
     /// units between them and a hyperbolic tangent of the outputs.
     fn greedy_layers(&self) -> Vec<LayerWeights>;

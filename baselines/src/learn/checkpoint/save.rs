@@ -40,7 +40,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// [`CheckpointError::OtherRun`](Error::OtherRun) if the folder has checkpoints of another run,
     /// or an unreadable file in the place of this one;
     /// [`CheckpointError::Unreadable`](Error::Unreadable) if no run could be resumed from this one,
-    /// because your algorithm or environment has a state that cannot be read again; otherwise
+    /// because your algorithm or environment has a state that cannot be read again;
+    /// [`CheckpointError::PixelActor`](Error::PixelActor) with an actor that sees pictures; otherwise
     /// another [`CheckpointError`](Error). Earlier checkpoints stay whole, and none is removed.
     pub fn save(&mut self, folder: impl AsRef<Path>) -> Result<PathBuf, Error> {
         self.save_in(folder.as_ref())
@@ -49,6 +50,9 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     // Shared as the cycle of a `RunPlan` is.
     #[inline(never)]
     fn save_in(&mut self, folder: &Path) -> Result<PathBuf, Error> {
+        if self.eyes.is_some() {
+            return Err(Error::PixelActor);
+        }
         let path = checkpoint_path(folder, self.counters.steps);
         let failed = |source| Error::Write { path: path.clone(), source };
         let own = Own {

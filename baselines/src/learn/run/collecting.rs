@@ -6,6 +6,7 @@ use her_relabel::{AddError, HerBuffer, RowNumbers, StepRows};
 
 use super::env::LearnEnv;
 use super::explorer::{Explorer, Exploring, LastBatch};
+use super::eyes::Eyes;
 use super::far_starts::FarStarts;
 use super::inputs::Inputs;
 use super::last_cycle::LastCycle;
@@ -88,7 +89,7 @@ impl<E: LearnEnv> Collecting<E> {
     }
 
     /// Takes steps in each environment with the actor's actions, or with random ones if there is no
-    /// actor. Keeps them in `last_cycle` if there is one.
+    /// actor. Keeps them in `last_cycle` if there is one. `eyes` sees them, and acts, too.
     pub(super) fn collect(
         &mut self,
         num_steps: usize,
@@ -96,6 +97,7 @@ impl<E: LearnEnv> Collecting<E> {
         inputs: &Inputs,
         buffer: &mut HerBuffer<f32>,
         mut last_cycle: Option<&mut LastCycle>,
+        eyes: Option<&mut (dyn Eyes<E::Observation, E::Info> + 'static)>,
     ) -> Result<Steps, CollectorError> {
         let (mut ended, mut successes) = (0, 0);
         let count = |_: usize, episode: &Episode| {
@@ -107,7 +109,7 @@ impl<E: LearnEnv> Collecting<E> {
         }
         let explorer = &mut self.explorer;
         let mut policy =
-            Exploring { explorer, actor, inputs, last_cycle: last_cycle.as_deref_mut() };
+            Exploring { explorer, actor, inputs, last_cycle: last_cycle.as_deref_mut(), eyes };
         let collected = self.collector.collect(num_steps, &mut policy, buffer, count)?;
         if let Some(last_cycle) = last_cycle {
             last_cycle.step(self.collector.envs().last_step(), inputs);

@@ -61,9 +61,10 @@ impl<E: LearnEnv> Trainer<E> {
         let Replay { inputs, buffer, last_cycle, .. } = &mut self.replay;
         let is_random = self.counters.updates == 0 && last_cycle.is_none();
         let actor = (!is_random).then_some(&mut *self.updates.algorithm);
+        let eyes = self.eyes.as_deref_mut();
         let steps = self
             .collecting
-            .collect(num_steps, actor, inputs, buffer, last_cycle.as_mut())
+            .collect(num_steps, actor, inputs, buffer, last_cycle.as_mut(), eyes)
             .map_err(|error| self.failed(error.into()))?;
         self.counters.seconds += start.elapsed().as_secs_f64();
         Ok(steps)
@@ -123,13 +124,13 @@ impl<E: LearnEnv> Trainer<E> {
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<u64, TrainError> {
         let start = Instant::now();
-        let Self { replay, updates, workers, counters, recent, .. } = self;
+        let Self { replay, updates, workers, counters, recent, eyes, .. } = self;
         let end = counters.updates.saturating_add(num_updates);
         let mut goes_on = true;
         while goes_on && counters.updates < end {
             let first = counters.updates;
             let numbers = first..end.min(first.saturating_add(UPDATES_AT_ONCE));
-            let updated = updates.perform(numbers, replay, &mut **workers, |losses: Losses| {
+            let check = |losses: Losses| {
                 counters.updates += 1;
                 if !losses.are_finite() {
                     let (update, Losses { critic, actor, .. }) = (counters.updates, losses);
@@ -137,7 +138,9 @@ impl<E: LearnEnv> Trainer<E> {
                 }
                 recent.add(losses);
                 Ok(())
-            });
+            };
+            let eyes = eyes.as_deref_mut();
+            let updated = updates.perform(numbers, replay, &mut **workers, eyes, check);
             if let Err(error) = updated {
                 return Err(self.failed(error));
             }

@@ -19,7 +19,7 @@ pub(crate) const EVALUATION_SEED: u64 = 1 << 41;
 
 impl<E: LearnEnv> Trainer<E> {
     /// Evaluates the greedy policy, as [`policy`](Self::policy) returns it, on episodes that no
-    /// other evaluation uses.
+    /// other evaluation uses; of a trainer [with pixels](Self::with_pixels) the one that sees them.
     ///
     /// # Errors
     /// [`TrainError::Policy`], [`TrainError::Evaluate`], [`TrainError::Forked`],
@@ -41,9 +41,13 @@ impl<E: LearnEnv> Trainer<E> {
         // The name matters only in a file.
         let mut policy = self.policy("")?;
         let mut first_bad = None;
+        let eyes = &mut self.eyes;
         let mut greedy = |batch: &VecStepOf<E>, actions: &mut [f32]| {
             first_bad = first_bad.or_else(|| first_not_finite(batch));
-            policy.act_all(batch, actions);
+            match eyes {
+                Some(eyes) => eyes.act(batch, actions),
+                None => policy.act_all(batch, actions),
+            }
         };
         let own = share(&*self.workers, count);
         let envs = &mut self.evaluation_envs;

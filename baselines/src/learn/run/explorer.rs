@@ -1,11 +1,13 @@
 //! How actions are chosen while collecting.
 
-use fetch_env::{GoalObservation, vec_env::VecStep};
+use fetch_env::GoalObservation;
+use fetch_env::vec_env::{BatchObservation, VecStep};
 use her_relabel::{Dims, Scalar, StateRows};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use super::eyes::Eyes;
 use super::inputs::Inputs;
 use super::last_cycle::LastCycle;
 use crate::learn::algorithm::interface::Algorithm;
@@ -169,18 +171,23 @@ impl Explorer {
 }
 
 /// An [`Explorer`] with the actor whose actions it takes.
-pub(crate) struct Exploring<'a> {
+pub(crate) struct Exploring<'a, O: BatchObservation, I> {
     pub(crate) explorer: &'a mut Explorer,
     /// `None` before the first update: all actions are random.
     pub(crate) actor: Option<&'a mut (dyn Algorithm + 'static)>,
     pub(crate) inputs: &'a Inputs,
     /// What keeps the steps of an on-policy algorithm.
     pub(crate) last_cycle: Option<&'a mut LastCycle>,
+    /// What sees every batch, and acts in some environments.
+    pub(crate) eyes: Option<&'a mut (dyn Eyes<O, I> + 'static)>,
 }
 
-impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
+impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_, O, I> {
     fn act_all(&mut self, batch: &VecStep<O, I>, actions: &mut [f32]) {
-        let Self { explorer, actor, inputs, last_cycle } = self;
+        let Self { explorer, actor, inputs, last_cycle, eyes } = self;
+        if let Some(eyes) = eyes {
+            eyes.see(batch);
+        }
         let last = explorer.resumed.take().unwrap_or_else(|| LastBatch::of(batch));
         explorer.begin_episodes(&last.started);
         let Explorer { settings, seed, rows, state, .. } = &mut **explorer;
@@ -202,6 +209,9 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_> {
                 inputs.add_noise(rows, &mut rng);
             }
             actor.explore(rows, &noise, actions);
+            if let Some(eyes) = eyes {
+                eyes.explore(batch, &noise, actions);
+            }
             if let Some(last_cycle) = last_cycle {
                 last_cycle.step(batch, inputs);
                 last_cycle.decide(rows, &noise);
@@ -244,8 +254,13 @@ mod tests {
         exploration.max_action_hold = 4;
         let inputs = Inputs::new(&inputs, dims).unwrap();
         let mut explorer = Explorer::new(exploration, 7, 3, dims.action);
-        let mut exploring =
-            Exploring { explorer: &mut explorer, actor: None, inputs: &inputs, last_cycle: None };
+        let mut exploring = Exploring {
+            explorer: &mut explorer,
+            actor: None,
+            inputs: &inputs,
+            last_cycle: None,
+            eyes: None,
+        };
         envs.reset(Some(0)).unwrap();
         let mut rows: [Vec<Vec<f32>>; 3] = Default::default();
         for _ in 0..500 {

@@ -8,6 +8,7 @@ mod diagnostics;
 pub(crate) mod env;
 pub(crate) mod evaluation;
 pub(crate) mod explorer;
+pub(crate) mod eyes;
 mod far_starts;
 pub(crate) mod inputs;
 mod last_cycle;

@@ -27,6 +27,9 @@ pub(crate) enum SeedUse {
     ObservationNoise,
     /// The transitions that describe the buffer in a row of the curve.
     Diagnostics,
+    /// The batches of an actor that sees pictures.
+    #[cfg(feature = "render")]
+    PixelBatches,
 }
 
 /// Returns the seed of a process's own random numbers: for the first process, that of the run.

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::collecting::Collecting;
 use super::curve::{Counters, CurveRow, Recent, UpdateSeconds};
 use super::env::LearnEnv;
+use super::eyes::Eyes;
 use super::far_starts::FarStarts;
 use super::replay::Replay;
 use super::seeds::{SeedUse, seed_for, seed_of_rank};
@@ -45,6 +46,8 @@ pub struct Trainer<E: LearnEnv> {
     pub(crate) collecting: Collecting<E>,
     pub(crate) replay: Replay<E>,
     pub(crate) updates: Updates,
+    /// An actor that sees pictures.
+    pub(crate) eyes: Option<Box<dyn Eyes<E::Observation, E::Info>>>,
     pub(crate) evaluation_envs: VecEnv<E>,
     pub(crate) workers: Box<dyn Workers>,
     pub(crate) counters: Counters,
@@ -180,6 +183,7 @@ impl<E: LearnEnv> Trainer<E> {
             collecting: Collecting::new(vec_env(collected, same_step)?, own.exploration, own_seed),
             replay,
             updates: Updates::new(algorithm, num_threads)?,
+            eyes: None,
             evaluation_envs: vec_env(evaluated, vec_config)?,
             workers,
             counters: Counters::default(),
@@ -227,13 +231,22 @@ impl<E: LearnEnv> Trainer<E> {
         self.seed
     }
 
-    /// Returns the greedy policy as it is now.
+    /// Returns the greedy policy that sees the state, as it is now.
     ///
     /// # Errors
     /// [`TrainedPolicyError::NotFinite`] if the training has diverged.
     pub fn policy(&self, env_id: &str) -> Result<TrainedPolicy, TrainedPolicyError> {
+        let mut layers = self.updates.algorithm.greedy_layers();
+        if let Some(layer) = layers.first_mut() {
+            self.replay.inputs.leave_out_weights(layer);
+        }
+        TrainedPolicy::new(self.header(env_id), &layers)
+    }
+
+    /// Describes the policy.
+    pub(in crate::learn) fn header(&self, env_id: &str) -> PolicyHeader {
         let Dims { observation, goal, action } = self.replay.buffer.config().dims();
-        let header = PolicyHeader {
+        PolicyHeader {
             version: PolicyHeader::VERSION,
             env_id: env_id.to_owned(),
             observation_len: observation,
@@ -248,11 +261,6 @@ impl<E: LearnEnv> Trainer<E> {
             steps: self.counters.steps,
             demonstrations: self.counters.demonstrations,
             success: None,
-        };
-        let mut layers = self.updates.algorithm.greedy_layers();
-        if let Some(layer) = layers.first_mut() {
-            self.replay.inputs.leave_out_weights(layer);
         }
-        TrainedPolicy::new(header, &layers)
     }
 }

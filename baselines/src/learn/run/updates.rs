@@ -8,6 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::curve::UpdateSeconds;
 use super::env::LearnEnv;
+use super::eyes::Eyes;
 use super::replay::Replay;
 use crate::learn::algorithm::interface::{Algorithm, Losses};
 use crate::learn::algorithm::state_file::StateForm;
@@ -54,12 +55,13 @@ impl Updates {
     }
 
     /// Performs the updates with these numbers, counted from 0, and calls `check` with the losses
-    /// of each.
+    /// of each. What `eyes` learns follows.
     pub(super) fn perform<E: LearnEnv>(
         &mut self,
         numbers: Range<u64>,
         replay: &mut Replay<E>,
         workers: &mut dyn Workers,
+        mut eyes: Option<&mut (dyn Eyes<E::Observation, E::Info> + 'static)>,
         mut check: impl FnMut(Losses) -> Result<(), RunError> + Send,
     ) -> Result<(), RunError> {
         let Self { algorithm, threads, seconds, .. } = self;
@@ -69,6 +71,9 @@ impl Updates {
             for number in numbers {
                 let batch = replay.draw(number)?;
                 check(algorithm.update(batch, &mut |numbers| workers.average(numbers)))?;
+                if let Some(eyes) = &mut eyes {
+                    eyes.update(number, &mut **algorithm, &replay.inputs, &replay.reward())?;
+                }
             }
             Ok::<_, RunError>(())
         })?;
