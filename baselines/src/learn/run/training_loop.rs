@@ -126,6 +126,10 @@ impl<E: LearnEnv> Learner for Trainer<E> {
     }
 
     fn any_policy(&self, env_id: &str) -> Result<AnyPolicy, TrainedPolicyError> {
+        #[cfg(feature = "render")]
+        if self.eyes.is_some() {
+            return self.pixel_policy(env_id).map(Box::new).map(AnyPolicy::Pixels);
+        }
         self.policy(env_id).map(AnyPolicy::State)
     }
 
