@@ -176,7 +176,11 @@ fn a_policy_acts_the_same_alone_among_many_and_loaded() -> Result {
     let expected = evaluate(&mut alone, &mut policy, 3, 0, |_| ())?;
     let envs = (0..2).map(|_| env()).collect::<Result<Vec<_>, _>>()?;
     let mut envs = VecEnv::new(envs, VecConfig::default())?;
-    let mut loaded = PixelPolicy::from_bytes(&policy.to_bytes()?)?;
+    let bytes = policy.to_bytes()?;
+    for _ in 0..8 {
+        assert_eq!(policy.to_bytes()?, bytes);
+    }
+    let mut loaded = PixelPolicy::from_bytes(&bytes)?;
     assert_eq!(evaluate_vec(&mut envs, &mut loaded, 3, 0, |_| ())?, expected);
     let points: Vec<_> = loaded.points().collect();
     assert_eq!(points.len(), 2 * 3);

@@ -6,17 +6,25 @@ use std::path::Path;
 
 use her_relabel::files;
 use safetensors::{Dtype, SafeTensorError, SafeTensors, tensor::TensorView};
+use serde::{Serialize, de::DeserializeOwned};
 
 use super::{LayerWeights, PolicyHeader, TrainedPolicy, TrainedPolicyError as Error};
 
 /// The largest file that is read: some hundred times a policy's size.
 const LIMIT: u64 = 64 << 20;
 
-/// The key of the header in the file's metadata.
-const KEY: &str = "policy";
+/// What a file is of. Its metadata has one key alone, because safetensors writes several in any order.
+pub(super) struct Kind {
+    key: &'static str,
+    sees: &'static str,
+    load: &'static str,
+}
 
-/// The key of what a policy sees besides numbers.
-const SIGHT: &str = "sight";
+/// A policy that sees the state.
+const STATE: Kind = Kind { key: "policy", sees: "no pictures", load: "TrainedPolicy" };
+
+/// A policy that sees pictures.
+pub(super) const PIXELS: Kind = Kind { key: "pixel_policy", sees: "pictures", load: "PixelPolicy" };
 
 fn read(path: &Path) -> Result<Vec<u8>, Error> {
     files::read(path, LIMIT).map_err(|source| match source.kind() {
@@ -25,28 +33,29 @@ fn read(path: &Path) -> Result<Vec<u8>, Error> {
     })
 }
 
-/// Returns the header and the tensors of the file of a policy that sees pictures, with what it sees,
-/// or of one that does not.
-pub(super) fn open(
-    bytes: &[u8],
-    sees_pictures: bool,
-) -> Result<(PolicyHeader, SafeTensors<'_>, String), Error> {
+/// Returns what the metadata of a file of this kind says, and the tensors.
+pub(super) fn open<'a, T: DeserializeOwned>(
+    bytes: &'a [u8],
+    kind: &Kind,
+) -> Result<(T, SafeTensors<'a>), Error> {
     let format = |error: SafeTensorError| Error::Format { reason: error.to_string() };
+    let header = |reason: String| Error::Header { reason };
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(format)?;
     let tensors = SafeTensors::deserialize(bytes).map_err(format)?;
     let entry = |key| metadata.metadata().as_ref().and_then(|entries| entries.get(key));
-    let text = entry(KEY).ok_or_else(|| Error::Header { reason: "it is missing".to_owned() })?;
-    let header: PolicyHeader = serde_json::from_slice(text.as_bytes())
-        .map_err(|error| Error::Header { reason: error.to_string() })?;
-    match (entry(SIGHT), sees_pictures) {
-        (Some(_), false) => Err(Error::Kind { sees: "pictures", load: "PixelPolicy" }),
-        (None, true) => Err(Error::Kind { sees: "no pictures", load: "TrainedPolicy" }),
-        (sight, _) => Ok((header, tensors, sight.cloned().unwrap_or_default())),
-    }
+    let Some(text) = entry(kind.key) else {
+        let other = [STATE, PIXELS].into_iter().find(|other| entry(other.key).is_some());
+        return Err(other.map_or_else(
+            || header("it is missing".to_owned()),
+            |Kind { sees, load, .. }| Error::Kind { sees, load },
+        ));
+    };
+    let said = serde_json::from_str(text).map_err(|error| header(error.to_string()))?;
+    Ok((said, tensors))
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<TrainedPolicy, Error> {
-    let (header, tensors, _) = open(bytes, false)?;
+    let (header, tensors): (PolicyHeader, _) = open(bytes, &STATE)?;
     let num_layers = tensors.len() / 2;
     let layers = (0..num_layers).map(|number| {
         let (weight, bias) = (name(number, "weight"), name(number, "bias"));
@@ -74,24 +83,23 @@ pub(super) fn encode(policy: &TrainedPolicy) -> Result<Vec<u8>, Error> {
         tensors.push((name(number, "weight"), shape, weights.as_slice()));
         tensors.push((name(number, "bias"), vec![biases.len()], biases));
     }
-    let bytes = close(&policy.header, None, tensors)?;
+    policy.header.check()?;
+    let bytes = close(&policy.header, &STATE, tensors)?;
     // JSON can be written that is not read, such as settings that are nested deeply.
     decode(&bytes)?;
     Ok(bytes)
 }
 
-/// Returns the file of a policy, with what it sees if it sees pictures.
+/// Returns a file of this kind, whose metadata says `said`.
 pub(super) fn close(
-    header: &PolicyHeader,
-    sight: Option<String>,
+    said: &impl Serialize,
+    kind: &Kind,
     tensors: Vec<(String, Vec<usize>, &[f32])>,
 ) -> Result<Vec<u8>, Error> {
-    header.check()?;
     let failed = |reason: String| Error::Format { reason };
-    let header = serde_json::to_string(header).map_err(|error| failed(error.to_string()))?;
-    let sight = sight.map(|sight| (SIGHT.to_owned(), sight));
-    let entries = sight.into_iter().chain([(KEY.to_owned(), header)]).collect();
-    let bytes = to_bytes(tensors, Some(entries)).map_err(|error| failed(error.to_string()))?;
+    let said = serde_json::to_string(said).map_err(|error| failed(error.to_string()))?;
+    let entry = HashMap::from([(kind.key.to_owned(), said)]);
+    let bytes = to_bytes(tensors, Some(entry)).map_err(|error| failed(error.to_string()))?;
     if bytes.len() as u64 > LIMIT {
         return Err(Error::Size { actual: bytes.len() as u64, limit: LIMIT });
     }

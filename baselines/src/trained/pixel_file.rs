@@ -2,16 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::PolicyHeader;
 use super::error::TrainedPolicyError as Error;
-use super::file;
+use super::file::{self, PIXELS};
 use super::pixels::PixelPolicy;
 use super::sight::Sight;
 use crate::learn::network::{Convolution, PictureNetwork, PictureShape};
 
-/// What a file says of the network, besides its tensors.
+/// What a file says of a policy, besides its tensors.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Saved {
+    policy: PolicyHeader,
     sight: Sight,
     convolutions: Vec<Convolution>,
     hidden: Vec<usize>,
@@ -67,9 +69,8 @@ pub(super) fn check_finite(network: &PictureNetwork) -> Result<(), Error> {
 
 pub(super) fn decode(bytes: &[u8]) -> Result<PixelPolicy, Error> {
     let wrong = |reason: String| Error::Sight { reason };
-    let (header, stored, sight) = file::open(bytes, true)?;
-    let Saved { sight, convolutions, hidden } =
-        serde_json::from_str(&sight).map_err(|error| wrong(error.to_string()))?;
+    let (said, stored) = file::open(bytes, &PIXELS)?;
+    let Saved { policy: header, sight, convolutions, hidden } = said;
     let numbers = sight.columns(&header)?.len();
     let size = sight.picture_size()?;
     let shape = PictureShape::new(size, &convolutions, numbers, &hidden, header.action_len)
@@ -96,14 +97,14 @@ pub(super) fn encode(policy: &PixelPolicy) -> Result<Vec<u8>, Error> {
     let PixelPolicy { header, sight, network, .. } = policy;
     let shape = network.shape();
     let sizes = shape.perceptron();
+    header.check()?;
     let saved = Saved {
+        policy: header.clone(),
         sight: sight.clone(),
         convolutions: shape.convolutions().collect(),
         hidden: sizes[1..sizes.len() - 1].to_vec(),
     };
-    let saved = serde_json::to_string(&saved)
-        .map_err(|error| Error::Sight { reason: error.to_string() })?;
-    let bytes = file::close(header, Some(saved), tensors_of(network))?;
+    let bytes = file::close(&saved, &PIXELS, tensors_of(network))?;
     decode(&bytes)?;
     Ok(bytes)
 }

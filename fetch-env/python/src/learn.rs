@@ -209,6 +209,7 @@ impl Trainer {
 }
 
 /// A run that begins.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 enum New {
     Trainer(NewRun),
     Student(NewStudent),
@@ -241,7 +242,8 @@ impl New {
         let (model, own) = (model_of(config)?, config.config.clone());
         let mut description = RunDescription::of_settings(config.id, model, own, &settings, seed);
         (description.steps, description.target) = ends;
-        Ok(Self::Trainer(NewRun { description, settings, start, overwrite: false }))
+        let new = NewRun { description, settings, start, overwrite: false };
+        Ok(Self::Trainer(new))
     }
 
     /// A run with a teacher.
@@ -278,10 +280,10 @@ impl New {
         Ok(Self::Student(NewStudent { description, settings, teacher, overwrite: false }))
     }
 
-    const fn description(&self) -> &RunDescription {
+    fn description(&self) -> &RunDescription {
         match self {
-            Self::Trainer(NewRun { description, .. }) => description,
-            Self::Student(NewStudent { description, .. }) => description,
+            Self::Trainer(new) => &new.description,
+            Self::Student(new) => &new.description,
         }
     }
 
