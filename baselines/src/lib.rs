@@ -51,6 +51,8 @@ mod dims;
 mod evaluate;
 #[cfg(feature = "learn")]
 pub mod learn;
+#[cfg(feature = "learn")]
+pub mod network;
 #[cfg(any(feature = "datasets", feature = "learn"))]
 mod normal;
 #[cfg(feature = "mujoco")]

@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use fetch_env::{EnvError, vec_env::VecEnvError};
 use her_relabel::{AddError, ConfigError, NormalizerError, SampleError};
 
-use super::network::PictureShapeError;
 use crate::collector::CollectorError;
 use crate::evaluate::EvaluationError;
+use crate::network::PictureShapeError;
 use crate::trained::TrainedPolicyError;
 use crate::workers::{Disagreement, UnreadableMessage};
 

@@ -52,9 +52,10 @@ mod asymmetric;
 mod checkpoint;
 mod distill;
 mod error;
-pub mod network;
 mod run;
 mod settings;
+
+pub use crate::network;
 
 pub use algorithm::{
     ddpg::Ddpg,

@@ -252,7 +252,7 @@ impl RunDescription {
             true => "other settings of the environment".to_owned(),
             false => format!("the environment {}", self.env_id),
         };
-        Err(super::start::other(folder, &what))
+        Err(RunsError::other(folder, &what))
     }
 
     /// Whether two runs may have the same name.

@@ -186,6 +186,12 @@ pub enum RunsError {
 debug_as_display!(RunsError);
 
 impl RunsError {
+    /// The error of a folder with the run of something else.
+    pub(super) fn other(folder: &Path, what: &str) -> Self {
+        let (folder, what) = (folder.to_owned(), what.to_owned());
+        CheckpointError::OtherSettings { folder, what }.into()
+    }
+
     /// Whether the run ended because its losses or its weights are no longer finite.
     #[must_use]
     pub fn has_diverged(&self) -> bool {

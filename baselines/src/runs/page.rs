@@ -28,8 +28,8 @@ pub(super) fn html(
             RunTeacher::Policy(policy) => policy,
         };
         let text = format!(
-            "The student imitates a teacher, which sees the state: {of}. The student needs the teacher \
-             in training alone."
+            "The student imitates a teacher, which sees the state: {of}. The student needs the \
+             teacher only while it learns."
         );
         page.section("teacher", "Teacher", &format!("<p>{}</p>", escape(&text)));
     }

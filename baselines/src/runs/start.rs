@@ -9,9 +9,7 @@ use super::description::RunDescription;
 use super::envs::{MakeEnvs, RunEnv, maker};
 use super::error::RunsError;
 use super::folder::RunFolder;
-use crate::learn::{
-    CheckpointError, LearnEnv, Resumed, SaveLearner, TrainSettings, Trainer, check_same,
-};
+use crate::learn::{LearnEnv, Resumed, SaveLearner, TrainSettings, Trainer, check_same};
 use crate::trained::TrainedPolicy;
 use crate::workers::{OneProcess, UnreadableMessage, Workers, gather_values};
 
@@ -111,7 +109,7 @@ impl NewRun {
     ///
     /// # Errors
     /// Those of [`begin`](Self::begin) and [`Ready::resume`], and
-    /// [`CheckpointError::OtherSettings`] if the run in the folder has another environment, seed or
+    /// [`CheckpointError::OtherSettings`](crate::learn::CheckpointError::OtherSettings) if the run in the folder has another environment, seed or
     /// settings.
     pub fn resume_or_begin<M: MakeEnvs>(
         self,
@@ -129,7 +127,7 @@ impl NewRun {
         let found = ready.folder.description();
         found.check_environment(&description, path)?;
         if start.is_some() && start != found.start {
-            return Err(other(path, "another policy to start from"));
+            return Err(RunsError::other(path, "another policy to start from"));
         }
         check_same(&ready.trainer, &settings, description.seed, path)?;
         Ok(ready)
@@ -216,10 +214,4 @@ pub(super) fn policy_name(policy: &TrainedPolicy) -> String {
     let header = policy.header();
     let (env_id, seed, steps) = (&header.env_id, header.seed, header.steps);
     format!("{env_id}, seed {seed}, {steps} steps")
-}
-
-/// The error of a folder with the run of something else.
-pub(super) fn other(folder: &Path, what: &str) -> RunsError {
-    let (folder, what) = (folder.to_owned(), what.to_owned());
-    CheckpointError::OtherSettings { folder, what }.into()
 }

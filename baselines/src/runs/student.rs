@@ -10,7 +10,7 @@ use super::description::{RunDescription, RunTeacher};
 use super::envs::{MakeEnvs, RunEnv, maker};
 use super::error::{RunsError, TeacherError};
 use super::folder::RunFolder;
-use super::start::{Ready, create, other, policy_name};
+use super::start::{Ready, create, policy_name};
 use crate::learn::{DistillSettings, Distiller, EachEnv, SaveLearner, check_same};
 use crate::policy::VecPolicy;
 use crate::scripted::ScriptedPolicy;
@@ -174,13 +174,13 @@ impl NewStudent {
         let found = ready.folder.description();
         found.check_environment(&self.description, path)?;
         if found.teacher != Some(self.teacher.description()) {
-            return Err(other(path, "another teacher"));
+            return Err(RunsError::other(path, "another teacher"));
         }
         #[cfg(feature = "render")]
         if found.sight != self.description.sight {
             let sees = found.sight.as_ref();
             let sees = sees.map_or("no pictures".to_owned(), ToString::to_string);
-            return Err(other(path, &format!("a student that sees {sees}")));
+            return Err(RunsError::other(path, &format!("a student that sees {sees}")));
         }
         check_same(&*ready.trainer, &self.settings, self.description.seed, path)?;
         Ok(ready)

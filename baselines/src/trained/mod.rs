@@ -4,6 +4,8 @@ mod any;
 pub(crate) mod error;
 pub(crate) mod file;
 mod header;
+#[cfg(feature = "learn")]
+mod layers;
 #[cfg(all(feature = "learn", feature = "render"))]
 mod pixel_file;
 #[cfg(all(feature = "learn", feature = "render"))]

@@ -5,9 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::PolicyHeader;
 use super::error::TrainedPolicyError as Error;
 use super::file::{self, PIXELS};
-use super::pixels::PixelPolicy;
 use super::sight::Sight;
-use crate::learn::network::{Convolution, PictureNetwork, PictureShape};
+use crate::network::{Convolution, PictureNetwork, PictureShape};
 
 /// What a file says of a policy, besides its tensors.
 #[derive(Serialize, Deserialize)]
@@ -67,7 +66,8 @@ pub(super) fn check_finite(network: &PictureNetwork) -> Result<(), Error> {
     Ok(())
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<PixelPolicy, Error> {
+/// Returns the parts of the policy in a file.
+pub(super) fn decode(bytes: &[u8]) -> Result<(PolicyHeader, Sight, PictureNetwork), Error> {
     let wrong = |reason: String| Error::Sight { reason };
     let (said, stored) = file::open(bytes, &PIXELS)?;
     let Saved { policy: header, sight, convolutions, hidden } = said;
@@ -89,12 +89,15 @@ pub(super) fn decode(bytes: &[u8]) -> Result<PixelPolicy, Error> {
         all.extend(numbers);
     }
     let pixels = all.split_off(shape.num_parameters());
-    PixelPolicy::new(header, sight, PictureNetwork::from_vectors(shape, all, pixels))
+    Ok((header, sight, PictureNetwork::from_vectors(shape, all, pixels)))
 }
 
 /// Returns the contents of a file, which can be loaded.
-pub(super) fn encode(policy: &PixelPolicy) -> Result<Vec<u8>, Error> {
-    let PixelPolicy { header, sight, network, .. } = policy;
+pub(super) fn encode(
+    header: &PolicyHeader,
+    sight: &Sight,
+    network: &PictureNetwork,
+) -> Result<Vec<u8>, Error> {
     let shape = network.shape();
     let sizes = shape.perceptron();
     header.check()?;

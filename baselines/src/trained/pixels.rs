@@ -11,7 +11,7 @@ use super::header::{PolicyHeader, SuccessRate};
 use super::sight::Sight;
 use super::{file, pixel_file};
 use crate::dims::lengths_of;
-use crate::learn::network::{PictureNetwork, PicturePass};
+use crate::network::{PictureNetwork, PicturePass};
 use crate::policy::{Policy, PolicyError, VecPolicy};
 use crate::tanh::tanh;
 
@@ -25,13 +25,13 @@ use crate::tanh::tanh;
 /// `convolutions.0.weight` (rows, columns and channels of a kernel, and outputs),
 /// `convolutions.0.bias`, which the last convolution lacks, and so on, `layers.0.weight`,
 /// `layers.0.bias`, and so on, as those of a [`TrainedPolicy`](crate::TrainedPolicy), `mean`, the
-/// mean picture, and `scale`. Its metadata has the [header](PolicyHeader) as JSON under the key
-/// `policy`, and what the policy sees under `sight`.
+/// mean picture, and `scale`. Its metadata has JSON under the key `pixel_policy`: the
+/// [header](PolicyHeader) as `policy`, what the policy sees as `sight`, and the layers.
 #[derive(Debug)]
 pub struct PixelPolicy {
-    pub(super) header: PolicyHeader,
-    pub(super) sight: Sight,
-    pub(super) network: PictureNetwork,
+    header: PolicyHeader,
+    sight: Sight,
+    network: PictureNetwork,
     columns: Vec<usize>,
     pass: PicturePass,
     work: Work,
@@ -118,7 +118,8 @@ impl PixelPolicy {
     /// # Errors
     /// As [`load`](Self::load).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrainedPolicyError> {
-        pixel_file::decode(bytes)
+        let (header, sight, network) = pixel_file::decode(bytes)?;
+        Self::new(header, sight, network)
     }
 
     /// Returns the contents of a file with this policy.
@@ -126,7 +127,7 @@ impl PixelPolicy {
     /// # Errors
     /// As [`TrainedPolicy::to_bytes`](crate::TrainedPolicy::to_bytes).
     pub fn to_bytes(&self) -> Result<Vec<u8>, TrainedPolicyError> {
-        pixel_file::encode(self)
+        pixel_file::encode(&self.header, &self.sight, &self.network)
     }
 
     /// Saves the policy to a file, as [`TrainedPolicy::save`](crate::TrainedPolicy::save) does.

@@ -31,7 +31,7 @@ pub struct SeenField {
     pub range: Range<usize>,
 }
 
-/// The most numbers that a network gets, as [`PictureShape`](crate::learn::network::PictureShape)
+/// The most numbers that a network gets, as [`PictureShape`](crate::network::PictureShape)
 /// has it.
 const MOST_NUMBERS: usize = 1 << 14;
 

@@ -90,7 +90,7 @@ fn it_learns_to_reach_from_pictures_alone_with_the_same_bits_on_any_number_of_th
     assert_eq!(rates(&one), rates(&two));
 
     let mut whole = trainer(|_, _| (), 2).unwrap();
-    whole.run(1_200, None, |_, _| ControlFlow::Continue(())).unwrap();
+    whole.run(2_400, None, |_, _| ControlFlow::Continue(())).unwrap();
     // The policy is what was evaluated.
     let mut policy = whole.pixel_policy(ID).unwrap();
     let result = evaluate(&mut make().unwrap(), &mut policy, 20, 1 << 45, |_| ()).unwrap();

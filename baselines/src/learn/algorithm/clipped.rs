@@ -1,9 +1,9 @@
 //! The objective of proximal policy optimization and the critic's error, with their gradients.
 
 use super::sampled::HALF_LOG_TAU;
-use crate::learn::network::pass::Pass;
-use crate::learn::network::perceptron::Network;
 use crate::learn::settings::algorithm::PpoSettings;
+use crate::network::pass::Pass;
+use crate::network::perceptron::Network;
 
 /// What an update knows of its steps, a row for each.
 #[derive(Default)]

@@ -2,9 +2,9 @@
 //! how an algorithm is printed.
 
 use super::interface::Transitions;
-use crate::learn::network::pass::Pass;
-use crate::learn::network::perceptron::Network;
-use crate::learn::network::vectors::parts_mut;
+use crate::network::pass::Pass;
+use crate::network::perceptron::Network;
+use crate::network::vectors::parts_mut;
 
 impl Transitions<'_> {
     /// Returns what a critic learns, `(len)`: the reward plus the discounted value of the next state.

@@ -3,10 +3,10 @@
 use super::critic::{Gradients, debug_settings};
 use super::interface::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
 use crate::learn::error::TrainError;
-use crate::learn::network::adam::Trained;
-use crate::learn::network::pass::Pass;
-use crate::learn::network::perceptron::{Network, Shape};
 use crate::learn::settings::algorithm::DdpgSettings;
+use crate::network::adam::Trained;
+use crate::network::pass::Pass;
+use crate::network::perceptron::{Network, Shape};
 use crate::tanh::tanh;
 use crate::trained::LayerWeights;
 

@@ -306,7 +306,7 @@ pub struct StateMut<'a> {
 
 impl<'a> StateMut<'a> {
     /// Adds the vectors of the part `name`, such as those of a
-    /// [network](crate::learn::network::Network::vectors_mut): `actor.parameters`.
+    /// [network](crate::network::Network::vectors_mut): `actor.parameters`.
     pub fn push<const N: usize>(&mut self, name: &str, vectors: [(&str, &'a mut Vec<f32>); N]) {
         self.vectors.extend(vectors.map(|(part, vector)| (format!("{name}.{part}"), vector)));
     }

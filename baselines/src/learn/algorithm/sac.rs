@@ -6,10 +6,10 @@ use super::critic::{Gradients, debug_settings};
 use super::interface::{Algorithm, AlgorithmInit, Losses, StateMut, Transitions};
 use super::sampled::{Sampled, clamp_log_std};
 use crate::learn::error::TrainError;
-use crate::learn::network::adam::{Adam, Trained};
-use crate::learn::network::pass::Pass;
-use crate::learn::network::perceptron::{Network, Shape};
 use crate::learn::settings::algorithm::SacSettings;
+use crate::network::adam::{Adam, Trained};
+use crate::network::pass::Pass;
+use crate::network::perceptron::{Network, Shape};
 use crate::tanh::tanh;
 use crate::trained::LayerWeights;
 

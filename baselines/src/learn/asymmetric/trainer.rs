@@ -28,7 +28,7 @@ impl<E: LearnEnv<Observation: BatchObservation<Rows: AsRef<PictureRows>>>> Train
     ///
     /// `make` makes environments with the pictures of `sight`, without the goal's marker, because
     /// hindsight changes goals and not pictures. The network has
-    /// [`Convolution::defaults`](crate::learn::network::Convolution::defaults). The run cannot be
+    /// [`Convolution::defaults`](crate::network::Convolution::defaults). The run cannot be
     /// [saved](Self::save); it keeps the promise of the same bits on any number of threads.
     ///
     /// ```no_run

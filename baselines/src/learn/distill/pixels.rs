@@ -10,8 +10,8 @@ use super::distiller::{Distiller, Pictures};
 use super::settings::DistillSettings;
 use super::student::{Student, StudentNetwork};
 use crate::learn::error::{CheckpointError, TrainError};
-use crate::learn::network::{Convolution, PictureShape};
 use crate::learn::run::env::LearnEnv;
+use crate::network::{Convolution, PictureShape};
 use crate::policy::VecPolicy;
 use crate::trained::{PixelPolicy, Sight, TrainedPolicyError};
 

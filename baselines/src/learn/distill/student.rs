@@ -4,11 +4,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 #[cfg(feature = "render")]
-use crate::learn::network::PictureShape;
-use crate::learn::network::adam::Adam;
-use crate::learn::network::pass::Pass;
-use crate::learn::network::perceptron::{Network, Shape};
-use crate::learn::network::{PictureNetwork, PicturePass};
+use crate::network::PictureShape;
+use crate::network::adam::Adam;
+use crate::network::pass::Pass;
+use crate::network::perceptron::{Network, Shape};
+use crate::network::{PictureNetwork, PicturePass};
 use crate::tanh::tanh;
 
 /// A network, whatever it sees.

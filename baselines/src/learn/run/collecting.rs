@@ -9,7 +9,7 @@ use super::explorer::{Explorer, Exploring, LastBatch};
 use super::eyes::Eyes;
 use super::far_starts::FarStarts;
 use super::inputs::Inputs;
-use super::last_cycle::LastCycle;
+use super::last_cycle::{LastCycle, row};
 use super::seeds::{SeedUse, seed_for};
 use crate::collector::{Collected, Collector, CollectorError};
 use crate::evaluate::Episode;
@@ -116,9 +116,4 @@ impl<E: LearnEnv> Collecting<E> {
         }
         Ok(Steps { collected, ended, successes })
     }
-}
-
-/// Returns a row of a matrix; nothing where it has none.
-pub(super) fn row<T>(all: &[T], len: usize, at: usize) -> &[T] {
-    all.chunks_exact(len).nth(at).unwrap_or_default()
 }

@@ -3,7 +3,6 @@
 use fetch_env::{GoalObservation, vec_env::VecStep};
 use her_relabel::{Dims, Scalar, StateRows};
 
-use super::collecting::row;
 use super::inputs::Inputs;
 use crate::learn::algorithm::interface::Transitions;
 
@@ -148,4 +147,9 @@ impl Steps {
             *is_last = true;
         }
     }
+}
+
+/// Returns a row of a matrix; nothing where it has none.
+pub(super) fn row<T>(all: &[T], len: usize, at: usize) -> &[T] {
+    all.chunks_exact(len).nth(at).unwrap_or_default()
 }
