@@ -109,8 +109,8 @@ impl NewRun {
     ///
     /// # Errors
     /// Those of [`begin`](Self::begin) and [`Ready::resume`], and
-    /// [`CheckpointError::OtherSettings`](crate::learn::CheckpointError::OtherSettings) if the run in the folder has another environment, seed or
-    /// settings.
+    /// [`CheckpointError::OtherSettings`](crate::learn::CheckpointError::OtherSettings) if the run in
+    /// the folder has another environment, seed or settings.
     pub fn resume_or_begin<M: MakeEnvs>(
         self,
         tasks: &M,
