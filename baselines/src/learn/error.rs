@@ -66,7 +66,10 @@ pub enum TrainError {
     #[error("pictures for a student are of one view and one frame, with the channels last")]
     Frames,
     /// An actor that sees pictures has no critic to learn from.
-    #[error("an actor that sees pictures learns from the critic of ddpg, and not from {algorithm}")]
+    #[error(
+        "an actor that sees pictures learns from a critic of actions, and {algorithm} shows none: \
+         choose ddpg, or give your algorithm `value_slopes`"
+    )]
     NoCritic {
         /// The name of the algorithm.
         algorithm: String,

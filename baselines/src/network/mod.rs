@@ -23,5 +23,7 @@ mod windows;
 pub use adam::{Adam, Trained};
 pub use pass::Pass;
 pub use perceptron::{Network, Shape};
+#[cfg(feature = "render")]
+pub(crate) use picture::LARGEST;
 pub use picture::{Convolution, PictureNetwork, PictureShape, PictureShapeError};
 pub use picture_pass::PicturePass;

@@ -142,7 +142,7 @@ impl ConvolutionLayer {
 }
 
 /// The largest side, number of channels and length of a layer.
-const LARGEST: usize = 1 << 14;
+pub(crate) const LARGEST: usize = 1 << 14;
 
 /// The largest number of parameters, and of the numbers of a layer for one picture.
 const LIMIT: usize = 1 << 28;

@@ -64,9 +64,10 @@ impl fmt::Display for Outcome {
 }
 
 impl RunPlan {
-    /// Ends the run of a [`Trainer`](crate::learn::Trainer) or of a [`Student`](super::Student): measures its policy on seeds that no training has seen, each process its share of
-    /// them, and writes the policy and, with the feature `page`, the page. `num_threads` threads
-    /// step the environments. `go_on` is called before each step; in a run that several processes
+    /// Ends the run of a [`Trainer`](crate::learn::Trainer) or of a [`Student`](super::Student):
+    /// measures its policy on seeds that no training has seen, each process its share of them, and
+    /// writes the policy and, with the feature `page`, the page. `num_threads` threads step the
+    /// environments. `go_on` is called before each step; in a run that several processes
     /// share it returns true.
     ///
     /// # Errors

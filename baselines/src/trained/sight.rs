@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::TrainedPolicyError;
 use super::header::{InputPart, PolicyHeader};
+use crate::network::LARGEST;
 
 /// What a [`PixelPolicy`](crate::PixelPolicy) sees: a picture, and some fields of the observation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,10 +31,6 @@ pub struct SeenField {
     /// The indices of its elements.
     pub range: Range<usize>,
 }
-
-/// The most numbers that a network gets, as [`PictureShape`](crate::network::PictureShape)
-/// has it.
-const MOST_NUMBERS: usize = 1 << 14;
 
 impl Sight {
     /// Returns what students of a Fetch task see unless they are told otherwise: 64 x 64 pixels
@@ -116,7 +113,7 @@ impl Sight {
     pub(crate) fn columns(&self, header: &PolicyHeader) -> Result<Vec<usize>, TrainedPolicyError> {
         let wrong = |reason| Err(TrainedPolicyError::Sight { reason });
         let PolicyHeader { observation_len, goal_len, .. } = *header;
-        if header.input_len() > MOST_NUMBERS {
+        if header.input_len() > LARGEST {
             return wrong(format!("an input has {} numbers", header.input_len()));
         }
         let (mut columns, mut start) = (Vec::new(), 0);
@@ -127,7 +124,7 @@ impl Sight {
                 continue;
             }
             for SeenField { name, range } in &self.fields {
-                if range.end > observation_len || columns.len() > MOST_NUMBERS {
+                if range.end > observation_len || columns.len() > LARGEST {
                     return wrong(format!(
                         "an observation has {observation_len} elements, and {name} is {range:?}"
                     ));

@@ -221,7 +221,7 @@ impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
         self.seed
     }
 
-    /// Returns the student that acts, as it is now.
+    /// Returns the student that is evaluated, as it is now.
     ///
     /// # Errors
     /// [`TrainedPolicyError::NotFinite`] if it has diverged, and [`TrainedPolicyError::Header`] if

@@ -76,7 +76,7 @@ where
 }
 
 impl<E: LearnEnv<Info: AsRef<Info>>> Distiller<E> {
-    /// Returns the student that acts, as it is now, if it sees pictures.
+    /// Returns the student that is evaluated, as it is now, if it sees pictures.
     ///
     /// # Errors
     /// [`TrainedPolicyError::NotFinite`] if it has diverged, and [`TrainedPolicyError::Sight`] if it

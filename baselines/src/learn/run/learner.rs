@@ -33,7 +33,7 @@ pub trait Learner {
     /// Returns the processes that share the run.
     fn workers(&mut self) -> &mut dyn Workers;
 
-    /// Returns the policy that acts, as it is now.
+    /// Returns the policy that is evaluated, as it is now.
     ///
     /// # Errors
     /// [`TrainedPolicyError::NotFinite`] if the training has diverged.
