@@ -14,6 +14,7 @@ mod her;
 mod integer;
 mod learn;
 mod model;
+mod new_run;
 mod pictures;
 mod policy;
 mod program;
