@@ -1,7 +1,7 @@
 //! Runs that start from a policy.
 
 use baselines::learn::{TrainError, TrainSettings, Trainer};
-use baselines::{InputPart, TrainedPolicy};
+use baselines::{InputPart, PolicyHeader, TrainedPolicy};
 
 use crate::runs::{Result, ddpg, make, ppo, sac, settings};
 
@@ -29,6 +29,36 @@ fn a_run_starts_with_the_actor_and_the_normalizers_of_a_policy() -> Result {
         assert_eq!(own.goal_normalizer, theirs.goal_normalizer);
         assert!(theirs.goal_normalizer.as_ref().is_some_and(|goal| goal.count() > 0));
         assert_eq!(own.steps, 0);
+    }
+    Ok(())
+}
+
+/// Statistics of other states would change what the actor does in all of them.
+#[test]
+fn the_normalizers_of_a_policy_stay_as_they_are() -> Result {
+    for (taught, learns) in [(sac(), ddpg()), (ddpg(), ppo())] {
+        let mut teacher = Trainer::new(make, settings(taught), 0, 1)?;
+        while teacher.counters().updates == 0 {
+            teacher.cycle()?;
+        }
+        let policy = teacher.policy("FetchReach-v4")?;
+        let mut trainer = Trainer::new(make, settings(learns), 1, 1)?;
+        trainer.start_from(&policy)?;
+        let header_after_cycles = |trainer: &mut Trainer<_>| -> Result<PolicyHeader> {
+            let updates = trainer.counters().updates;
+            while trainer.counters().updates == updates {
+                trainer.cycle()?;
+            }
+            Ok(trainer.policy("FetchReach-v4")?.header().clone())
+        };
+        let own = header_after_cycles(&mut trainer)?;
+        let folder = tempfile::tempdir()?;
+        trainer.save(folder.path())?;
+        let mut resumed = Trainer::resume(make, folder.path(), 1)?;
+        for own in [own, header_after_cycles(&mut resumed)?] {
+            assert_eq!(own.observation_normalizer, policy.header().observation_normalizer);
+            assert_eq!(own.goal_normalizer, policy.header().goal_normalizer);
+        }
     }
     Ok(())
 }

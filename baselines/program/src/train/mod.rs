@@ -86,7 +86,7 @@ pub struct Args {
     demos: Option<String>,
     #[command(flatten)]
     student: StudentArgs,
-    /// Policy to start from: its actor, and the normalizers of its inputs
+    /// Policy to start from: its actor, and the normalizers of its inputs, which then stay as they are
     #[arg(long, value_name = "FILE")]
     start: Option<PathBuf>,
     /// Change a setting of the learner, such as gamma=0.98, or of the distiller with --teacher, such as

@@ -15,7 +15,7 @@ use crate::normal::standard_normal;
 use crate::trained::{InputPart, LayerWeights};
 
 /// How observations and goals become the inputs of a network: joined, and normalized by the
-/// statistics of what was collected.
+/// statistics of what was collected, or of the policy that the run started from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Inputs {
@@ -29,6 +29,8 @@ pub(crate) struct Inputs {
     clip: f64,
     /// The elements that are always 0.
     left_out: Vec<usize>,
+    /// Whether the statistics no longer change.
+    fixed: bool,
 }
 
 impl Inputs {
@@ -44,7 +46,26 @@ impl Inputs {
             actor_observation_noise,
             clip,
             left_out: settings.left_out.clone(),
+            fixed: false,
         })
+    }
+
+    /// Takes the statistics of a policy, and keeps them: to the same states, other statistics would
+    /// make it another policy.
+    pub(crate) fn fix(
+        &mut self,
+        observation: &Normalizer,
+        goal: &Normalizer,
+    ) -> Result<(), NormalizerError> {
+        self.observation.merge(observation)?;
+        self.goal.merge(goal)?;
+        self.fixed = true;
+        Ok(())
+    }
+
+    /// Whether the statistics no longer change.
+    pub(crate) const fn are_fixed(&self) -> bool {
+        self.fixed
     }
 
     /// Returns the length of an input.

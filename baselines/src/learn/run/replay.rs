@@ -111,15 +111,15 @@ impl<E: LearnEnv> Replay<E> {
     }
 
     /// Returns the statistics of `num_rows` drawn transitions, as many as were added since the last
-    /// call, with relabeled goals, as the authors do; `None` if there are none. `draw` determines
-    /// the draw, and the symmetries take turns by the number `turn`.
+    /// call, with relabeled goals, as the authors do; `None` if there are none, or the inputs take
+    /// in no more. `draw` determines the draw, and the symmetries take turns by the number `turn`.
     pub(super) fn seen(
         &self,
         num_rows: usize,
         draw: (SeedUse, u64),
         turn: u64,
     ) -> Result<Option<Inputs>, RunError> {
-        if self.buffer.is_empty() || num_rows == 0 {
+        if self.inputs.are_fixed() || self.buffer.is_empty() || num_rows == 0 {
             return Ok(None);
         }
         let (seed_use, number) = draw;
