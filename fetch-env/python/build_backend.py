@@ -13,6 +13,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -26,6 +27,12 @@ from maturin import (  # noqa: F401
     prepare_metadata_for_build_editable,
     prepare_metadata_for_build_wheel,
 )
+
+try:
+    from zopfli import ZipFile as ZopfliFile
+except ImportError:
+    # Only wheels to hand on are made with it (zopflipy).
+    ZopfliFile = None
 
 HERE = Path(__file__).resolve().parent
 BUNDLE = HERE / "python" / "fetch_env" / "_mujoco"
@@ -157,16 +164,31 @@ def prepare():
     cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
     # The last prefix that matches counts.
     names = {HERE.parents[1]: "fetch-env", cargo: "cargo", cargo / "registry" / "src": "crates"}
-    remaps = [f"--remap-path-prefix={path}={name}" for path, name in names.items()]
-    os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join(remaps)
+    flags = [f"--remap-path-prefix={path}={name}" for path, name in names.items()]
     arguments = os.environ.get("MATURIN_PEP517_ARGS", "")
+    if "--profile wheel" in arguments:
+        # A smaller wheel. What is inlined in hot loops is small, or marked.
+        flags.append("-Cllvm-args=-inline-threshold=50")
+    os.environ["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join(flags)
     os.environ["MATURIN_PEP517_ARGS"] = f"{arguments} --compression-level 9".strip()
+
+
+def compress(wheel):
+    """Compress a wheel again, by as much as its format allows, which takes a minute."""
+    smaller = wheel.with_suffix(".smaller")
+    with zipfile.ZipFile(wheel) as old, ZopfliFile(smaller, "w", iterations=5) as new:
+        for entry in old.infolist():
+            new.writestr(entry, old.read(entry))
+    smaller.replace(wheel)
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Build a wheel."""
     prepare()
-    return maturin_build_wheel(wheel_directory, config_settings, metadata_directory)
+    name = maturin_build_wheel(wheel_directory, config_settings, metadata_directory)
+    if ZopfliFile:
+        compress(Path(wheel_directory) / name)
+    return name
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):

