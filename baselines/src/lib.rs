@@ -21,6 +21,7 @@
 //! | read a Minari data set | `datasets::import_minari` |
 //! | train a policy | `learn::Trainer` |
 //! | make a network of any teacher, on the state or on pictures | `learn::Distiller`, in a folder `runs::NewStudent` |
+//! | learn from pictures without a teacher | `learn::Trainer::with_pixels`, in a folder `runs::NewStudent` |
 //! | train with your own algorithm | `learn::Algorithm` |
 //! | train in a folder, resume, run grids | `runs::RunPlan` |
 //! | compare two samples | a test of [`statistics`] |

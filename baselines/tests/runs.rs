@@ -11,8 +11,8 @@ use std::path::Path;
 
 use baselines::learn::{CurveRow, DistillSettings, Preset, TrainSettings, Trainer};
 use baselines::runs::{
-    BuiltInTasks, FolderError, Grid, GridError, GridFolder, Group, MakeEnvs, NewRun, NewStudent,
-    Ready, RunDescription, RunFolder, RunModel, RunPlan, RunsError, Student, Teacher,
+    BuiltInTasks, FolderError, Grid, GridError, GridFolder, Group, Lessons, MakeEnvs, NewRun,
+    NewStudent, Ready, RunDescription, RunFolder, RunModel, RunPlan, RunsError, Student, Teacher,
 };
 use baselines::workers::OneProcess;
 use fetch_env::{EnvId, FetchConfig, MakeError, ModelSource, MujocoEnv, Task, make};
@@ -274,6 +274,8 @@ fn settings_are_described_by_what_differs_from_the_nearest_preset() -> Result {
         let settings = preset.settings(Task::Reach);
         let of_preset = describe(&settings, RunModel::Builtin, reach().config());
         assert_eq!(of_preset, RunDescription::new(reach(), preset, 3));
+        let seeing = settings.clone().with_pixels(Task::Reach);
+        assert_eq!(describe(&seeing, RunModel::Builtin, reach().config()), of_preset);
         let changed = settings.with("evaluation_episodes=31")?;
         let config = reach().config().with_distance_threshold(0.02)?;
         let changed = describe(&changed, RunModel::Reference, config.clone());
@@ -294,11 +296,8 @@ fn begin_student(path: &Path, teacher: Teacher) -> Result<Ready<Student>, RunsEr
     let (model, config) = (RunModel::Builtin, reach().config());
     let mut description = RunDescription::of_student(reach(), model, config, 7);
     (description.steps, description.target) = (400, 2.0);
-    NewStudent { description, settings, teacher, overwrite: false }.resume_or_begin(
-        &BuiltInTasks,
-        path,
-        1,
-    )
+    let lessons = Lessons::Teacher(teacher, settings);
+    NewStudent { description, lessons, overwrite: false }.resume_or_begin(&BuiltInTasks, path, 1)
 }
 
 #[test]
@@ -329,8 +328,8 @@ fn a_student_goes_on_with_its_own_teacher_alone() -> Result {
     assert!(matches!(error, RunsError::HasTeacher { .. }), "{error}");
     let taught = tempdir()?;
     drop(begin(taught.path(), false)?);
-    let error = Ready::resume_student(&BuiltInTasks, taught.path(), 1).expect_err("it has none");
-    assert!(matches!(error, RunsError::NoTeacher { .. }), "{error}");
+    let error = begin_student(taught.path(), trained()?).expect_err("it has none");
+    assert!(error.to_string().contains("has no teacher"), "{error}");
     for (name, message) in [("planned", "plan anew"), ("tariner", "no teacher tariner")] {
         let error = Teacher::named(name, Task::Reach).expect_err("it is none");
         assert!(error.to_string().contains(message), "{error}");

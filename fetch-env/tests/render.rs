@@ -14,27 +14,14 @@ use fetch_env::{
     PixelObservation, PixelOptions, RenderEnv, RenderError, RenderOptions, Renderer, Reset,
     RewardKind, SimConfig, SnapshotEnv, Space, Step, Task, VecEnv, check, make,
 };
-use testing::Result;
-
-/// Returns `None` without OpenGL, unless the environment variable `MUJOCO_GL` demands it.
-fn unless_blind<T>(made: std::result::Result<T, EnvError>) -> Result<Option<T>> {
-    match made {
-        Err(error)
-            if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. }))
-                && std::env::var_os("MUJOCO_GL").is_none() =>
-        {
-            Ok(None)
-        }
-        made => Ok(Some(made?)),
-    }
-}
+use testing::{Result, unless_blind};
 
 fn small() -> RenderOptions {
     RenderOptions::default().with_width(40).with_height(30).with_samples(0)
 }
 
 fn renderer(env: &MujocoEnv) -> Result<Option<Renderer>> {
-    unless_blind(env.renderer(small()))
+    Ok(unless_blind(env.renderer(small()))?)
 }
 
 fn options(frame_stack: u8, channels_first: bool) -> PixelOptions {

@@ -11,7 +11,7 @@ use fetch_sim::{
     RenderOptions, Renderer, Segment, SimConfig, SimError, Simulator, Task, builtin_files,
 };
 use nalgebra::{UnitQuaternion, Vector3};
-use testing::Result;
+use testing::{Result, unless_blind};
 
 /// In free sight of the reference's camera: the robot, which stands a little differently on every
 /// MuJoCo, hides nothing of it.
@@ -32,10 +32,7 @@ fn try_renderer(task: Task, options: RenderOptions) -> Result<Renderer, RenderEr
 
 /// Returns `None` if pictures cannot be made and need not be.
 fn renderer(task: Task, options: RenderOptions) -> Result<Option<Renderer>, RenderError> {
-    match try_renderer(task, options) {
-        Err(RenderError::NoOpenGl { .. }) if env::var_os("MUJOCO_GL").is_none() => Ok(None),
-        made => made.map(Some),
-    }
+    unless_blind(try_renderer(task, options))
 }
 
 fn red(rgb: &[u8]) -> usize {
@@ -131,12 +128,8 @@ fn models_of_ones_own_are_drawn_with_their_own_goals() -> Result {
     let mut pictures = Vec::new();
     for source in sources {
         let config = SimConfig::new(Task::Push).with_model(source);
-        let mut renderer = match Renderer::new(&config, small()) {
-            Err(RenderError::NoOpenGl { .. }) if env::var_os("MUJOCO_GL").is_none() => {
-                return Ok(());
-            }
-            made => made?,
-        };
+        let made = unless_blind(Renderer::new(&config, small()))?;
+        let Some(mut renderer) = made else { return Ok(()) };
         let mut simulator = MujocoSimulator::new(&config)?;
         let model = renderer.model();
         let geom = Segment::Geom(model.geom("tower")?);

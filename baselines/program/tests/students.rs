@@ -1,24 +1,34 @@
-//! Runs with a teacher, as a user starts and resumes them.
+//! Runs with a teacher, and of policies that see pictures, as a user starts and resumes them.
 
 mod program;
 
-use std::{env, fs, path::Path, process::Command};
+use std::{fs, path::Path, process::Command};
 
 use baselines::{AnyPolicy, Sight};
-use fetch_env::{Camera, FreeCamera, RenderEnv, RenderError, RenderOptions, Task, make};
+use fetch_env::{Camera, FreeCamera, RenderEnv, RenderOptions, Task, make};
 use program::fetch;
 use tempfile::tempdir;
 use testing::{
     Result,
     program::{errors_of, output_of, read_json},
+    unless_blind,
 };
 
 /// Few and small updates and evaluations, of rounds of 200 steps.
 const SHORT: &str = "--set hidden=[16] --set batch_size=8 --set updates_per_step=1 --set \
                      evaluation_episodes=3 --set evaluation_interval=200 --envs 4 --target 2 --seed 3";
 
+/// The same without a teacher.
+const SHORT_ALONE: &str = "--set hidden=[16] --set batch_size=8 --set pixel_hidden=[16] --set \
+                           pixel_batch_size=4 --set updates_per_cycle=8 --set \
+                           evaluation_episodes=3 --set evaluation_interval=200 --target 2 --seed 3";
+
 fn train(flags: &str, out: &Path) -> Command {
-    let mut command = fetch(&format!("train {SHORT} {flags} --out"));
+    begin(&format!("{SHORT} {flags}"), out)
+}
+
+fn begin(flags: &str, out: &Path) -> Command {
+    let mut command = fetch(&format!("train {flags} --out"));
     command.arg(out);
     command
 }
@@ -43,17 +53,8 @@ fn curve(out: &Path) -> Result<Vec<Vec<String>>> {
     Ok(rows.collect())
 }
 
-/// Returns an error if there is no OpenGL and the environment variable `MUJOCO_GL` demands it.
 fn can_see() -> Result<bool> {
-    match make("FetchReach-v4")?.renderer(RenderOptions::default()) {
-        Err(error)
-            if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. }))
-                && env::var_os("MUJOCO_GL").is_none() =>
-        {
-            Ok(false)
-        }
-        made => Ok(made.map(|_| true)?),
-    }
+    Ok(unless_blind(make("FetchReach-v4")?.renderer(RenderOptions::default()))?.is_some())
 }
 
 #[test]
@@ -106,6 +107,48 @@ fn a_student_of_pictures_is_resumed_to_the_same_bits_with_the_same_camera_alone(
 }
 
 #[test]
+fn a_policy_learns_from_pictures_without_a_teacher_and_is_resumed_to_the_same_bits() -> Result {
+    if !can_see()? {
+        return Ok(());
+    }
+    let folder = tempdir()?;
+    let [whole, stopped] = ["whole", "stopped"].map(|name| folder.path().join(name));
+    let board = folder.path().join("board");
+    let flags = "--env-id FetchReachDense-v4 --pixels --size 24 --camera reference";
+    let flags = format!("{SHORT_ALONE} {flags}");
+    output_of(
+        begin(&format!("{flags} --steps 600 --threads 2"), &whole).arg("--tensorboard").arg(&board),
+    )?;
+    assert_eq!(fs::read_dir(board.join("seed-3"))?.count(), 1);
+    output_of(&mut begin(&format!("{flags} --steps 300 --threads 1"), &stopped))?;
+    output_of(&mut resume("--steps 600", &stopped))?;
+    assert!(policy(&whole)? == policy(&stopped)?, "the policies differ");
+    assert_eq!(curve(&whole)?, curve(&stopped)?);
+    assert_eq!(curve(&whole)?.len(), 4);
+
+    let AnyPolicy::Pixels(policy) = policy(&whole)? else { panic!("it sees no pictures") };
+    let view = |view: RenderOptions| {
+        view.with_width(24).with_height(24).with_camera(Camera::Free(FreeCamera::REFERENCE))
+    };
+    assert_eq!(*policy.sight(), Sight::of_task(Task::Reach).with_view(view));
+    assert_eq!(policy.header().settings["pixels"]["pixel_hidden"][0], 16);
+    let page = fs::read_to_string(whole.join("page.html"))?;
+    assert!(page.contains("class=\"seen\"") && page.contains("Critic"));
+    let run = read_json(&whole.join("run.json"))?;
+    assert_eq!((&run["preset"], run.get("teacher")), (&"fast".into(), None));
+    let two = folder.path().join("two");
+    output_of(&mut begin(&format!("{flags} --steps 200 --seeds 2"), &two))?;
+    assert!(two.join("seed-3/page.html").exists() && two.join("seed-4/page.html").exists());
+
+    let output = begin(&format!("{flags} --algorithm sac"), &folder.path().join("sac")).output()?;
+    assert_eq!(output.status.code(), Some(2));
+    assert!(errors_of(&output).contains("choose ddpg"), "{}", errors_of(&output));
+    let output = begin(&format!("{flags} --steps 900"), &whole).output()?;
+    assert!(errors_of(&output).contains("--resume"), "{}", errors_of(&output));
+    Ok(())
+}
+
+#[test]
 fn a_small_student_of_the_state_is_taught_by_a_script_or_by_another_policy() -> Result {
     let folder = tempdir()?;
     let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
@@ -133,7 +176,13 @@ fn flags_without_a_meaning_are_refused_by_name() -> Result {
     for (flags, message) in [
         ("--teacher planned", "--teacher: the planner is no teacher"),
         ("--teacher nobody", "there is no teacher nobody: choose scripted, trained or the file"),
-        ("--pixels", "--teacher <NAME>"),
+        ("--pixels --goal-marker", "--teacher <NAME>"),
+        ("--pixels --demos 3", "'--demos <DEMOS>'"),
+        ("--pixels --start F", "'--start <FILE>'"),
+        ("--pixels --noise action=1", "'--noise <NAME=NUMBER>'"),
+        ("--pixels --mpi", "'--mpi'"),
+        ("--pixels --set pixel_batch_size=0", "pixel_batch_size is 0"),
+        ("--set pixel_batch_size=8", "there is no setting pixel_batch_size"),
         ("--teacher trained --camera reference", "--pixels"),
         ("--teacher trained --size 32", "--pixels"),
         ("--teacher trained --goal-marker", "--pixels"),

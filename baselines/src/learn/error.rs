@@ -74,6 +74,12 @@ pub enum TrainError {
         /// The name of the algorithm.
         algorithm: String,
     },
+    /// Pictures show the goal's marker, and hindsight changes goals.
+    #[error(
+        "learning in hindsight changes goals, and not the pictures that show them: hide the goal's \
+         marker, or learn from a teacher"
+    )]
+    GoalShown,
     /// There is no network for these pictures.
     #[error(transparent)]
     Picture(#[from] PictureShapeError),
@@ -297,24 +303,18 @@ pub enum CheckpointError {
         /// What differs.
         reason: String,
     },
-    /// The student of the checkpoint sees something else.
+    /// The policy of the checkpoint sees something else.
     #[error(
-        "the student in the checkpoint {} sees {sees}: resume it with the same camera, size and fields, \
+        "the policy in the checkpoint {} sees {sees}: resume it with the same camera, size and fields, \
          or begin another run",
         path.display()
     )]
     OtherSight {
         /// The checkpoint.
         path: PathBuf,
-        /// What its student sees.
+        /// What its policy sees.
         sees: String,
     },
-    /// A run has an actor that sees pictures.
-    #[error(
-        "a run whose actor sees pictures cannot be saved: let it run to its end, and save its \
-         Trainer::pixel_policy"
-    )]
-    PixelActor,
     /// A file in the place of a checkpoint does not belong to this run.
     #[error(
         "{} is not a checkpoint of this run, so nothing is written: choose another folder",

@@ -64,8 +64,6 @@ pub use algorithm::{
     rollout::{Rollout, RolloutError},
     sac::Sac,
 };
-#[cfg(feature = "render")]
-pub use asymmetric::settings::PixelActorSettings;
 pub use checkpoint::{format::checkpoints, resume::Resumed};
 pub use distill::{
     distiller::Distiller,
@@ -88,6 +86,7 @@ pub(crate) use settings::train::each_setting;
 pub use settings::{
     algorithm::{AlgorithmSettings, DdpgSettings, PpoSettings, SacSettings},
     by_name::{Preset, SettingError, limits, nearest},
+    pixels::PixelActorSettings,
     train::{
         ExplorationSettings, HindsightGoals, InputSettings, ReplaySettings, ScheduleSettings,
         TrainSettings,

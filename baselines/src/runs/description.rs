@@ -131,8 +131,14 @@ impl RunDescription {
         settings: &TrainSettings,
         seed: u64,
     ) -> Self {
-        let of_presets = Preset::ALL
-            .map(|preset| (preset, differences(settings, &preset.settings(env_id.task))));
+        let of_presets = Preset::ALL.map(|preset| {
+            let of_preset = preset.settings(env_id.task);
+            let of_preset = match settings.pixels {
+                Some(_) => of_preset.with_pixels(env_id.task),
+                None => of_preset,
+            };
+            (preset, differences(settings, &of_preset))
+        });
         let nearest = of_presets.into_iter().min_by_key(|(_, changes)| changes.len());
         let (preset, changes) = nearest.unwrap_or((Preset::Fast, Vec::new()));
         Self::new(env_id, preset, seed).with_changes(model, config, changes)

@@ -159,12 +159,6 @@ pub enum RunsError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The run in a folder has no teacher.
-    #[error("the run in {} has no teacher: continue it with Ready::resume", folder.display())]
-    NoTeacher {
-        /// The folder.
-        folder: PathBuf,
-    },
     /// An environment cannot be made.
     #[error(transparent)]
     Make(#[from] MakeError),

@@ -2,9 +2,9 @@
 //!
 //! A [`NewRun`] begins in a folder, a [`RunPlan`] says where it ends and is the loop that takes it
 //! there, and [`Ready::resume`] continues it after whatever has stopped it, with the same bits. A
-//! [`NewStudent`] is a run that distills a teacher. A [`Grid`] is every choice of settings with every seed, and a [`Group`] the curves of runs that
-//! differ in their seeds alone. The program `fetch-env train` and the Python package write the same
-//! folders.
+//! [`NewStudent`] is a run that distills a teacher, or whose policy sees pictures. A [`Grid`] is
+//! every choice of settings with every seed, and a [`Group`] the curves of runs that differ in their
+//! seeds alone. The program `fetch-env train` and the Python package write the same folders.
 //!
 //! ```no_run
 //! use std::ops::ControlFlow;
@@ -60,6 +60,6 @@ pub use grid_runs::{GridEvent, GridRun, WatchGrid, run_grid};
 pub use group::{Band, Group, Point};
 pub use plan::{Cycles, Length, RunPlan, Watch};
 pub use start::{NewRun, Ready};
-pub use student::{NewStudent, Student, Teacher};
+pub use student::{Lessons, NewStudent, Student, Teacher};
 pub use table::{GridEnd, GridRow, GridTable};
 pub use tensorboard::TensorBoard;

@@ -33,6 +33,12 @@ pub(super) fn html(
         );
         page.section("teacher", "Teacher", &format!("<p>{}</p>", escape(&text)));
     }
+    #[cfg(feature = "render")]
+    if description.teacher.is_none() && description.sight.is_some() {
+        let text = "A critic and another actor, which see the state, learn beside the policy, which \
+                    sees pictures. The policy needs them only while it learns.";
+        page.section("critic", "Critic", &format!("<p>{text}</p>"));
+    }
     let mut episodes = String::new();
     let first_seed = policy.header().success.map_or(0, |success| success.first_seed);
     for seed in first_seed..first_seed + NUM_PLAYED {

@@ -1,4 +1,4 @@
-//! Runs that distill a teacher into a student.
+//! Runs of students: they imitate a teacher, or see pictures.
 
 use std::path::Path;
 
@@ -7,16 +7,18 @@ use fetch_env::{GoalObservation, Task};
 use her_relabel::Scalar;
 
 use super::description::{RunDescription, RunTeacher};
-use super::envs::{MakeEnvs, RunEnv, maker};
+use super::envs::{MakeEnvs, maker};
 use super::error::{RunsError, TeacherError};
 use super::folder::RunFolder;
 use super::start::{Ready, create, policy_name};
-use crate::learn::{DistillSettings, Distiller, EachEnv, SaveLearner, check_same};
+use crate::learn::{
+    DistillSettings, Distiller, EachEnv, SaveLearner, TrainSettings, Trainer, check_same,
+};
 use crate::policy::VecPolicy;
 use crate::scripted::ScriptedPolicy;
 use crate::trained::{AnyPolicy, TrainedPolicy};
 
-/// A [`Distiller`] that sees the state, or pictures.
+/// A [`Distiller`] or a [`Trainer`], whose policy sees the state or pictures.
 pub type Student = Box<dyn SaveLearner + Send>;
 
 /// Whom a student imitates.
@@ -27,6 +29,16 @@ pub enum Teacher {
     Scripted,
     /// A policy that sees the state.
     Policy(TrainedPolicy),
+}
+
+/// What a student learns from.
+#[derive(Clone, Debug)]
+pub enum Lessons {
+    /// A teacher, whom it imitates: a [`Distiller`].
+    Teacher(Teacher, DistillSettings),
+    /// Rewards alone: a [`Trainer`], which [`NewRun`](super::NewRun) can share between processes if
+    /// its policy sees no pictures.
+    Rewards(TrainSettings),
 }
 
 /// The most environments that a [`DistillSettings`] has.
@@ -71,13 +83,15 @@ impl Teacher {
     }
 }
 
-/// A run that begins with a teacher: what its folder says, and how its student learns.
+/// A run that begins, of a student: what its folder says, and how the student learns.
 ///
 /// ```no_run
 /// use std::ops::ControlFlow;
 ///
 /// use baselines::learn::DistillSettings;
-/// use baselines::runs::{BuiltInTasks, NewStudent, Ready, RunDescription, RunModel, RunPlan, Teacher};
+/// use baselines::runs::{
+///     BuiltInTasks, Lessons, NewStudent, Ready, RunDescription, RunModel, RunPlan, Teacher,
+/// };
 /// use fetch_env::EnvId;
 ///
 /// let env_id: EnvId = "FetchPush-v4".parse()?;
@@ -88,8 +102,8 @@ impl Teacher {
 /// # {
 /// description.sight = Some(baselines::Sight::of_task(env_id.task));
 /// # }
-/// let teacher = Teacher::named("trained", env_id.task)?;
-/// let new = NewStudent { description, settings, teacher, overwrite: false };
+/// let lessons = Lessons::Teacher(Teacher::named("trained", env_id.task)?, settings);
+/// let new = NewStudent { description, lessons, overwrite: false };
 /// let Ready { mut trainer, folder, .. } = new.begin(&BuiltInTasks, "push", 2)?;
 /// let plan = RunPlan::of(folder.description());
 /// plan.run(&mut *trainer, Some(&folder), &mut |_: &_, row: Option<&_>| {
@@ -103,19 +117,17 @@ impl Teacher {
 pub struct NewStudent {
     /// The description of the run. Its student sees pictures if it says which.
     pub description: RunDescription,
-    /// The settings of the distiller.
-    pub settings: DistillSettings,
-    /// Whom the student imitates.
-    pub teacher: Teacher,
+    /// What the student learns from.
+    pub lessons: Lessons,
     /// Whether it replaces the run in its folder.
     pub overwrite: bool,
 }
 
-/// What a distiller begins with.
+/// What a student begins with.
 enum Start<'a> {
-    Settings(&'a DistillSettings),
-    /// The last checkpoint in a folder.
-    Folder(&'a Path),
+    New(&'a Lessons),
+    /// The last checkpoint in a folder, and its teacher if it has one.
+    Folder(&'a Path, Option<&'a Teacher>),
 }
 
 impl NewStudent {
@@ -134,11 +146,13 @@ impl NewStudent {
         let mut trainer = self.student(tasks, num_threads)?;
         RunFolder::check_free(path, self.overwrite)?;
         let task = tasks.task().map(str::to_owned);
-        let description = RunDescription { task, ..self.description }
-            .with_teacher(self.teacher.description(), &self.settings);
-        let teacher = match &self.teacher {
-            Teacher::Scripted => None,
-            Teacher::Policy(policy) => Some(policy),
+        let mut description = RunDescription { task, ..self.description };
+        if let Lessons::Teacher(teacher, settings) = &self.lessons {
+            description = description.with_teacher(teacher.description(), settings);
+        }
+        let teacher = match &self.lessons {
+            Lessons::Teacher(Teacher::Policy(policy), _) => Some(policy),
+            _ => None,
         };
         let folder = create(path, description, self.overwrite, teacher, &mut *trainer)?;
         Ok(Ready { trainer, folder })
@@ -149,8 +163,7 @@ impl NewStudent {
     /// # Errors
     /// [`RunsError`] if the run cannot be set up.
     pub fn student(&self, tasks: &impl MakeEnvs, num_threads: usize) -> Result<Student, RunsError> {
-        let start = Start::Settings(&self.settings);
-        student(tasks, &self.description, &self.teacher, num_threads, start)
+        student(tasks, &self.description, num_threads, Start::New(&self.lessons))
     }
 
     /// Continues the run in a folder from its last checkpoint, or begins this one if there is none.
@@ -173,8 +186,15 @@ impl NewStudent {
         let ready = Ready::resume_student(tasks, path, num_threads)?;
         let found = ready.folder.description();
         found.check_environment(&self.description, path)?;
-        if found.teacher != Some(self.teacher.description()) {
-            return Err(RunsError::other(path, "another teacher"));
+        let own = match &self.lessons {
+            Lessons::Teacher(teacher, _) => Some(teacher.description()),
+            Lessons::Rewards(_) => None,
+        };
+        match (&found.teacher, own) {
+            (None, Some(_)) => return Err(RunsError::other(path, "no teacher")),
+            (Some(_), None) => return Err(RunsError::other(path, "a teacher")),
+            (found, own) if *found != own => return Err(RunsError::other(path, "another teacher")),
+            _ => {}
         }
         #[cfg(feature = "render")]
         if found.sight != self.description.sight {
@@ -182,16 +202,21 @@ impl NewStudent {
             let sees = sees.map_or("no pictures".to_owned(), ToString::to_string);
             return Err(RunsError::other(path, &format!("a student that sees {sees}")));
         }
-        check_same(&*ready.trainer, &self.settings, self.description.seed, path)?;
+        let (trainer, seed) = (&*ready.trainer, self.description.seed);
+        match &self.lessons {
+            Lessons::Teacher(_, settings) => check_same(trainer, settings, seed, path),
+            Lessons::Rewards(settings) => check_same(trainer, settings, seed, path),
+        }?;
         Ok(ready)
     }
 }
 
 impl Ready<Student> {
-    /// Continues the run with a teacher in a folder from its last checkpoint.
+    /// Continues the run in a folder from its last checkpoint, whatever its policy sees and whether or
+    /// not it has a teacher.
     ///
     /// # Errors
-    /// [`RunsError`] if there is no such run to resume, another process writes there, or the
+    /// [`RunsError`] if there is no run to resume, another process writes there, or the
     /// checkpoint is damaged or of a student that sees something else, and [`RunsError::OtherTask`] if
     /// `tasks` makes environments of another task.
     pub fn resume_student(
@@ -204,20 +229,20 @@ impl Ready<Student> {
         let description = folder.description();
         description.check_task(tasks, path)?;
         let teacher = match description.teacher {
-            Some(RunTeacher::Scripted) => Teacher::Scripted,
-            Some(RunTeacher::Policy(_)) => Teacher::Policy(folder.read_teacher()?),
-            None => return Err(RunsError::NoTeacher { folder: path.to_owned() }),
+            Some(RunTeacher::Scripted) => Some(Teacher::Scripted),
+            Some(RunTeacher::Policy(_)) => Some(Teacher::Policy(folder.read_teacher()?)),
+            None => None,
         };
-        let trainer = student(tasks, description, &teacher, num_threads, Start::Folder(path))?;
+        let start = Start::Folder(path, teacher.as_ref());
+        let trainer = student(tasks, description, num_threads, start)?;
         Ok(Self { trainer, folder })
     }
 }
 
 /// Prepares the student of a run.
-fn student<M: MakeEnvs<Env: RunEnv>>(
-    tasks: &M,
+fn student(
+    tasks: &impl MakeEnvs,
     description: &RunDescription,
-    teacher: &Teacher,
     threads: usize,
     start: Start<'_>,
 ) -> Result<Student, RunsError> {
@@ -226,19 +251,33 @@ fn student<M: MakeEnvs<Env: RunEnv>>(
     #[cfg(feature = "render")]
     if let Some(sight) = &description.sight {
         let make = super::envs::maker_with_pictures(make, sight.pixels.clone());
-        let teacher = teacher.policy(task);
-        return Ok(Box::new(match start {
-            Start::Settings(settings) => {
-                Distiller::with_pixels(make, teacher, sight, settings.clone(), seed, threads)?
+        return Ok(match start {
+            Start::New(Lessons::Teacher(teacher, settings)) => {
+                let (teacher, settings) = (teacher.policy(task), settings.clone());
+                Box::new(Distiller::with_pixels(make, teacher, sight, settings, seed, threads)?)
             }
-            Start::Folder(path) => Distiller::resume_pixels(make, teacher, sight, path, threads)?,
-        }));
+            Start::New(Lessons::Rewards(settings)) => {
+                Box::new(Trainer::with_pixels(make, sight, settings.clone(), seed, threads)?)
+            }
+            Start::Folder(path, Some(teacher)) => {
+                let teacher = teacher.policy(task);
+                Box::new(Distiller::resume_pixels(make, teacher, sight, path, threads)?)
+            }
+            Start::Folder(path, None) => {
+                Box::new(Trainer::resume_pixels(make, sight, path, threads)?)
+            }
+        });
     }
-    let teacher = teacher.policy(task);
-    Ok(Box::new(match start {
-        Start::Settings(settings) => {
-            Distiller::new(make, teacher, settings.clone(), seed, threads)?
+    Ok(match start {
+        Start::New(Lessons::Teacher(teacher, settings)) => {
+            Box::new(Distiller::new(make, teacher.policy(task), settings.clone(), seed, threads)?)
         }
-        Start::Folder(path) => Distiller::resume(make, teacher, path, threads)?,
-    }))
+        Start::New(Lessons::Rewards(settings)) => {
+            Box::new(Trainer::new(make, settings.clone(), seed, threads)?)
+        }
+        Start::Folder(path, Some(teacher)) => {
+            Box::new(Distiller::resume(make, teacher.policy(task), path, threads)?)
+        }
+        Start::Folder(path, None) => Box::new(Trainer::resume(make, path, threads)?),
+    })
 }

@@ -1,126 +1,170 @@
 //! An actor that sees pictures and learns from a critic that sees the state. Without OpenGL, there is
 //! nothing to test, unless `MUJOCO_GL` demands it.
 
+use std::fs;
 use std::ops::ControlFlow;
+use std::path::Path;
 
 use baselines::learn::{
-    AlgorithmSettings, CheckpointError, CurveRow, PixelActorSettings, SacSettings, TrainError,
-    TrainSettings, Trainer,
+    AlgorithmSettings, CheckpointError, CurveRow, SacSettings, TrainError, TrainSettings, Trainer,
 };
 use baselines::{Sight, TrainedPolicyError, evaluate};
-use fetch_env::wrappers::Wrapped;
-use fetch_env::{
-    AddRenderObservation, Camera, EnvError, EnvExt, FreeCamera, MujocoEnv, PixelOptions,
-    RenderError, RenderOptions, Task, make as make_on_mujoco,
-};
+use fetch_env::{Camera, EnvError, FreeCamera, Task};
+use tempfile::tempdir;
+use testing::unless_blind;
+use zip::CompressionMethod;
 
-type PixelEnv = Wrapped<MujocoEnv, AddRenderObservation>;
+use crate::damaged_checkpoints;
+use crate::runs::{self, Result};
+use crate::seeing::{self, PixelEnv, maker};
 
 const ID: &str = "FetchReachDense-v4";
 
-/// The fingers, and a near picture in which the gripper is.
 fn sight() -> Sight {
-    let camera = FreeCamera { distance: 1.0, elevation: -30.0, ..FreeCamera::REFERENCE };
-    let view = RenderOptions::default()
-        .with_width(32)
-        .with_height(32)
-        .with_samples(0)
-        .with_goals_shown(false)
-        .with_camera(Camera::Free(camera));
-    let mut sight = Sight::robot(Task::Reach, PixelOptions::default().with_render(view));
-    sight.fields.retain(|field| field.name == "gripper_state");
-    sight
+    seeing::sight(32)
 }
 
 fn make() -> Result<PixelEnv, EnvError> {
-    make_on_mujoco(ID)?.wrap(AddRenderObservation::new(sight().pixels))
+    maker(ID, &sight())()
 }
 
-fn can_draw() -> Result<bool, EnvError> {
-    match make() {
-        Err(error)
-            if matches!(error.downcast_ref(), Some(RenderError::NoOpenGl { .. }))
-                && std::env::var_os("MUJOCO_GL").is_none() =>
-        {
-            Ok(false)
-        }
-        made => made.map(|_| true),
-    }
-}
-
-fn settings() -> (TrainSettings, PixelActorSettings) {
-    let mut settings = TrainSettings::fast(Task::Reach);
+fn settings() -> TrainSettings {
+    let mut settings = TrainSettings::fast(Task::Reach).with_pixels(Task::Reach);
     settings.schedule.evaluation_interval = Some(100_000);
-    let mut actor = PixelActorSettings::of_task(Task::Reach);
-    actor.hidden = vec![64];
-    actor.batch_size = 32;
-    (settings, actor)
+    settings.schedule.evaluation_episodes = 4;
+    let actor = settings.pixels.get_or_insert_default();
+    (actor.pixel_hidden, actor.pixel_batch_size) = (vec![64], 32);
+    settings
 }
 
-fn trainer(
-    change: impl FnOnce(&mut TrainSettings, &mut PixelActorSettings),
-    num_threads: usize,
-) -> Result<Trainer<PixelEnv>, TrainError> {
-    let (mut settings, mut actor) = settings();
-    change(&mut settings, &mut actor);
-    Trainer::with_pixels(make, &sight(), settings, actor, 0, num_threads)
+fn trainer(settings: TrainSettings, num_threads: usize) -> Result<Trainer<PixelEnv>, TrainError> {
+    Trainer::with_pixels(make, &sight(), settings, 0, num_threads)
+}
+
+fn resume(folder: &Path, num_threads: usize) -> Result<Trainer<PixelEnv>, CheckpointError> {
+    Trainer::resume_pixels(make, &sight(), folder, num_threads)
 }
 
 #[test]
-fn it_learns_to_reach_from_pictures_alone_with_the_same_bits_on_any_number_of_threads() {
-    if !can_draw().unwrap() {
-        return;
+fn it_learns_to_reach_from_pictures_alone() -> Result {
+    if unless_blind(make())?.is_none() {
+        return Ok(());
     }
-    let run = |num_threads, steps| {
-        let small = |settings: &mut TrainSettings, actor: &mut PixelActorSettings| {
-            settings.schedule.evaluation_episodes = 4;
-            actor.capacity = 500;
-        };
-        let mut trainer = trainer(small, num_threads).unwrap();
-        trainer.run(steps, None, |_, _| ControlFlow::Continue(())).unwrap();
-        trainer
-    };
-    let [one, two] = [1, 2].map(|num_threads| run(num_threads, 500));
-    let policy = one.pixel_policy(ID).unwrap();
-    assert_eq!(policy, two.pixel_policy(ID).unwrap());
-    let rates = |trainer: &Trainer<_>| -> Vec<_> {
-        let rows = trainer.rows().iter();
-        rows.map(|row: &CurveRow| (row.success_rate, row.final_distance_mean)).collect()
-    };
-    assert_eq!(rates(&one), rates(&two));
-
-    let mut whole = trainer(|_, _| (), 2).unwrap();
-    whole.run(2_400, None, |_, _| ControlFlow::Continue(())).unwrap();
+    let mut trainer = trainer(settings(), 2)?;
+    trainer.run(2_400, None, |_, _| ControlFlow::Continue(()))?;
     // The policy is what was evaluated.
-    let mut policy = whole.pixel_policy(ID).unwrap();
-    let result = evaluate(&mut make().unwrap(), &mut policy, 20, 1 << 45, |_| ()).unwrap();
-    let success = result.summary().unwrap().success_rate.value;
+    let mut policy = trainer.pixel_policy(ID)?;
+    let result = evaluate(&mut make()?, &mut policy, 20, 1 << 45, |_| ())?;
+    let success = result.summary()?.success_rate.value;
     // The first weights reach less than a tenth of the goals.
-    assert!(success >= 0.4, "{success}, {:?}", rates(&whole));
+    assert!(success >= 0.4, "{success}");
     assert_eq!(policy.sight(), &sight());
-
-    let folder = tempfile::tempdir().unwrap();
-    assert!(matches!(whole.save(&folder), Err(CheckpointError::PixelActor)));
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
+    Ok(())
 }
 
 #[test]
-fn what_cannot_learn_from_pictures_is_refused() {
-    if !can_draw().unwrap() {
-        return;
+fn a_stopped_run_ends_with_the_same_bits_on_any_number_of_threads() -> Result {
+    if unless_blind(make())?.is_none() {
+        return Ok(());
     }
-    let (settings, actor) = settings();
-    let error = trainer(|_, actor| actor.critic_updates = 0, 1).unwrap_err();
-    assert!(matches!(error, TrainError::Setting { name: "critic_updates", .. }), "{error}");
-    let sac = |settings: &mut TrainSettings, _: &mut PixelActorSettings| {
-        settings.algorithm = AlgorithmSettings::Sac(SacSettings::default());
+    let mut settings = settings();
+    settings.schedule.evaluation_interval = Some(200);
+    // The memory is full after half of the steps.
+    settings.pixels.get_or_insert_default().pixel_capacity = 250;
+    const STEPS: u64 = 600;
+    let mut whole = trainer(settings.clone(), 2)?;
+    whole.run(STEPS, None, |_, _| ControlFlow::Continue(()))?;
+
+    let folder = tempdir()?;
+    trainer(settings, 1)?.save(&folder)?;
+    let (mut trainer, mut saves) = (resume(folder.path(), 1)?, 0);
+    while !trainer.is_over(STEPS, None) {
+        // Also in the middle of updates and evaluations.
+        let mut calls = 0;
+        trainer.run_cycle_while(STEPS, || {
+            calls += 1;
+            saves % 2 == 0 || calls < 2
+        })?;
+        trainer.save(&folder)?;
+        saves += 1;
+        trainer = resume(folder.path(), 1 + saves % 2)?;
+        // What was read is what is written again, before the next step.
+        trainer.save(&folder)?;
+        trainer = resume(folder.path(), 1)?;
+    }
+    assert!(saves > whole.rows().len(), "{saves}");
+    assert_eq!(trainer.pixel_policy(ID)?, whole.pixel_policy(ID)?);
+    assert_eq!(trainer.policy(ID)?, whole.policy(ID)?);
+    let rows = |trainer: &Trainer<_>| -> Vec<_> {
+        let row = |row: &CurveRow| (row.success_rate, row.losses, row.diagnostics.clone());
+        trainer.rows().iter().map(row).collect()
     };
+    assert_eq!(rows(&trainer), rows(&whole));
+    assert_eq!(whole.rows().len(), 3);
+    assert_eq!(trainer.settings(), whole.settings());
+    Ok(())
+}
+
+#[test]
+fn a_checkpoint_is_continued_with_the_same_sight_alone() -> Result {
+    if unless_blind(make())?.is_none() {
+        return Ok(());
+    }
+    let folder = tempdir()?;
+    let mut seeing_run = trainer(settings(), 1)?;
+    seeing_run.cycle()?;
+    seeing_run.save(&folder)?;
+    let far = sight().with_view(|view| view.with_camera(Camera::Free(FreeCamera::REFERENCE)));
+    let mut blind = sight();
+    blind.fields.clear();
+    for other in [seeing::sight(24), far, blind] {
+        let error = Trainer::resume_pixels(maker(ID, &other), &other, &folder, 1).unwrap_err();
+        assert!(matches!(error, CheckpointError::OtherSight { .. }), "{error}");
+        assert!(error.to_string().contains("sees 32 x 32 pixels without the goal"), "{error}");
+    }
+    let error = Trainer::resume(make, &folder, 1).unwrap_err();
+    assert!(matches!(error, CheckpointError::OtherSight { .. }), "{error}");
+    let other = tempdir()?;
+    Trainer::new(make, TrainSettings::fast(Task::Reach), 0, 1)?.save(&other)?;
+    let error = resume(other.path(), 1).unwrap_err();
+    assert!(error.to_string().contains("sees no pictures"), "{error}");
+
+    // An archive that is cut in the memory.
+    let path = seeing_run.save(&folder)?;
+    let entries = damaged_checkpoints::entries(&path)?;
+    let cut = entries.into_iter().map(|(name, mut bytes)| {
+        bytes.truncate(bytes.len() - usize::from(name == "frames.bytes"));
+        (name, bytes)
+    });
+    fs::remove_file(&path)?;
+    damaged_checkpoints::write(&path, &cut.collect::<Vec<_>>(), CompressionMethod::Stored)?;
+    let error = resume(folder.path(), 1).unwrap_err();
+    assert!(matches!(error, CheckpointError::Damaged { .. }), "{error}");
+    assert!(error.to_string().contains("states of another length"), "{error}");
+    Ok(())
+}
+
+#[test]
+fn what_cannot_learn_from_pictures_is_refused() -> Result {
+    let error = Trainer::new(runs::make, settings(), 0, 1).unwrap_err();
+    assert!(matches!(error, TrainError::Setting { name: "pixels", .. }), "{error}");
+    let error = settings().with("critic_updates=0").unwrap_err();
+    assert!(error.to_string().contains("critic_updates is 0"), "{error}");
+    if unless_blind(make())?.is_none() {
+        return Ok(());
+    }
+    let mut sac = settings();
+    sac.algorithm = AlgorithmSettings::Sac(SacSettings::default());
     let error = trainer(sac, 1).unwrap_err();
     assert!(matches!(&error, TrainError::NoCritic { algorithm } if algorithm == "sac"), "{error}");
     let mut beyond = sight();
     beyond.fields[0].range = 8..11;
-    let error = Trainer::with_pixels(make, &beyond, settings.clone(), actor, 0, 1).unwrap_err();
+    let error = Trainer::with_pixels(make, &beyond, settings(), 0, 1).unwrap_err();
     assert!(matches!(error, TrainError::Setting { name: "fields", .. }), "{error}");
-    let state = Trainer::new(make, settings, 0, 1).unwrap();
+    let shown = sight().with_view(|view| view.with_goals_shown(true));
+    let error = Trainer::with_pixels(maker(ID, &shown), &shown, settings(), 0, 1).unwrap_err();
+    assert!(matches!(error, TrainError::GoalShown), "{error}");
+    let state = Trainer::new(make, TrainSettings::fast(Task::Reach), 0, 1)?;
     assert!(matches!(state.pixel_policy(ID), Err(TrainedPolicyError::Sight { .. })));
+    Ok(())
 }

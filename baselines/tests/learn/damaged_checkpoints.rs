@@ -39,7 +39,7 @@ fn run(trainer: &mut Trainer<Kinematic>) -> Result<(TempDir, PathBuf, Vec<Entry>
 }
 
 /// Writes an archive of entries.
-fn write(path: &Path, entries: &[Entry], method: CompressionMethod) -> Result {
+pub(crate) fn write(path: &Path, entries: &[Entry], method: CompressionMethod) -> Result {
     let mut archive = ZipWriter::new(File::create(path)?);
     for (name, bytes) in entries {
         archive.start_file(name, SimpleFileOptions::default().compression_method(method))?;

@@ -20,6 +20,8 @@ mod resuming;
 mod rewards;
 mod runs;
 mod same_bits;
+#[cfg(feature = "render")]
+mod seeing;
 mod settings;
 mod starting;
 mod temperature;

@@ -103,7 +103,7 @@ impl Trainer {
             Some(teacher) => New::student(py, config, settings, seed, ends, teacher, pixels)?,
             None => {
                 let start = start.map(|policy| policy.state(py, "start")).transpose()?;
-                New::trainer(config, settings, seed, ends, start, observation_noise)?
+                New::trainer(config, settings, seed, ends, start, observation_noise, pixels)?
             }
         };
         let tasks = config.tasks();
@@ -263,7 +263,6 @@ fn in_python(error: RunsError, out: Option<&Path>) -> Error {
         RunsError::HasTeacher { .. } => {
             Error::value("the run has a teacher: pass the same teacher")
         }
-        RunsError::NoTeacher { .. } => Error::value("the run has no teacher: leave out teacher"),
         RunsError::Train(error) => Error::chain(error),
         RunsError::Checkpoint(error) => Error::chain(error),
         RunsError::Make(error) => error.into(),

@@ -6,7 +6,8 @@ use baselines::{
     Sight, TrainedPolicy,
     learn::{DistillSettings, Preset, TrainSettings},
     runs::{
-        NewRun, NewStudent, Ready, RunDescription, RunFolder, RunModel, RunsError, Student, Teacher,
+        Lessons, NewRun, NewStudent, Ready, RunDescription, RunFolder, RunModel, RunsError,
+        Student, Teacher,
     },
     workers::OneProcess,
 };
@@ -28,7 +29,7 @@ pub(crate) enum New {
 }
 
 impl New {
-    /// A run that learns from rewards.
+    /// A run that learns from rewards, of a policy that sees the state or pictures.
     pub(crate) fn trainer(
         config: &Config,
         settings: &str,
@@ -36,12 +37,14 @@ impl New {
         ends: (u64, f64),
         start: Option<TrainedPolicy>,
         observation_noise: Option<f64>,
+        pixels: Option<Pixels<'_>>,
     ) -> Result<Self> {
+        let task = config.config.task();
         let mut settings = if settings.starts_with('{') {
             TrainSettings::from_json(settings).map_err(Error::chain)?
         } else {
             let preset = settings.parse::<Preset>().map_err(Error::chain)?;
-            let mut settings = preset.settings(config.config.task());
+            let mut settings = preset.settings(task);
             if config.task.is_some() {
                 // The mirror images of other tasks are not known.
                 settings.replay.mirrored = 0.0;
@@ -51,9 +54,17 @@ impl New {
         if let Some(std) = observation_noise {
             settings.inputs.actor_observation_noise = std;
         }
+        if pixels.is_some() && settings.pixels.is_none() {
+            settings = settings.with_pixels(task);
+        }
         let (model, own) = (model_of(config)?, config.config.clone());
         let mut description = RunDescription::of_settings(config.id, model, own, &settings, seed);
         (description.steps, description.target) = ends;
+        if let Some(pixels) = pixels {
+            description.sight = Some(pixels.sight(task)?);
+            let lessons = Lessons::Rewards(settings);
+            return Ok(Self::Student(NewStudent { description, lessons, overwrite: false }));
+        }
         let new = NewRun { description, settings, start, overwrite: false };
         Ok(Self::Trainer(new))
     }
@@ -89,7 +100,8 @@ impl New {
         let mut description = RunDescription::of_student(config.id, model, own, seed);
         (description.steps, description.target) = ends;
         description.sight = pixels.map(|pixels| pixels.sight(task)).transpose()?;
-        Ok(Self::Student(NewStudent { description, settings, teacher, overwrite: false }))
+        let lessons = Lessons::Teacher(teacher, settings);
+        Ok(Self::Student(NewStudent { description, lessons, overwrite: false }))
     }
 
     pub(crate) fn description(&self) -> &RunDescription {

@@ -37,11 +37,48 @@ def test_a_student_is_resumed_to_the_same_bits_with_the_same_picture_and_teacher
         ({"pixels": {"size": 32}}, "student that sees 24 x 24 pixels"),
         ({"pixels": {**pixels, "camera": "reference"}}, "student that sees 24 x 24 pixels"),
         ({"pixels": pixels, "teacher": "scripted"}, "another teacher"),
-        ({"pixels": pixels, "teacher": None, "preset": "fast"}, "need a teacher"),
+        ({"pixels": pixels, "teacher": None, "preset": "fast"}, "has a teacher"),
         ({"teacher": None, "preset": "fast"}, "the run has a teacher"),
     ]:
         with pytest.raises(ValueError, match=message):
             fetch_env.train(**{**run, **changed}, steps=600, out=tmp_path, resume=True)
+
+
+def test_a_policy_learns_from_pictures_without_a_teacher_and_is_resumed(tmp_path):
+    arguments = {"env_id": "FetchReachDense-v4", "progress": False, "target": None}
+    pixels = {"size": 24}
+    settings = fetch_env.train(**arguments, steps=0, pixels=pixels).settings
+    settings["pixels"].update(pixel_hidden=[16], pixel_batch_size=4)
+    settings["algorithm"]["ddpg"]["hidden"] = [16]
+    settings["schedule"].update(updates_per_cycle=8, evaluation_episodes=3)
+    arguments["preset"] = settings
+    whole = fetch_env.train(**arguments, steps=600, pixels=pixels)
+    assert whole.policy.view is not None
+    assert whole.settings == settings
+    fetch_env.train(**arguments, steps=300, pixels=pixels, out=tmp_path)
+    resumed = fetch_env.train(**arguments, steps=600, pixels=pixels, out=tmp_path, resume=True)
+    assert resumed.policy.__getstate__() == whole.policy.__getstate__()
+    assert [row["success_rate"] for row in resumed.curve] == [
+        row["success_rate"] for row in whole.curve
+    ]
+    assert 'class="seen"' in (tmp_path / "page.html").read_text()
+    for changed, message in [
+        ({"pixels": {"size": 32}}, "student that sees 24 x 24 pixels"),
+        ({"pixels": {**pixels, "marker": True}}, "student that sees 24 x 24 pixels"),
+        ({"preset": "fast"}, "sees 24 x 24 pixels"),
+        ({"pixels": pixels, "teacher": "trained", "preset": "fast"}, "has no teacher"),
+        ({"pixels": pixels, "preset": "fast"}, "has other settings"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            fetch_env.train(**{**arguments, **changed}, steps=900, out=tmp_path, resume=True)
+    for changed, message in [
+        ({"pixels": {"marker": True}}, "hide the goal's marker"),
+        ({"pixels": True, "preset": "book"}, "choose ddpg"),
+        ({"pixels": True, "noise": {"observation": 0.1}}, "start and noise of observations"),
+        ({}, "pixels is set"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            fetch_env.train(**{**arguments, **changed})
 
 
 def test_a_policy_acts_on_its_own_pictures_alone_and_among_many(student, tmp_path):

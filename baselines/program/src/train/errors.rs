@@ -13,7 +13,10 @@ use crate::output::usage;
 pub fn in_flags(error: anyhow::Error) -> anyhow::Error {
     match error.downcast_ref() {
         Some(RunsError::Train(
-            TrainError::Setting { .. } | TrainError::Start { .. } | TrainError::Picture(_),
+            TrainError::Setting { .. }
+            | TrainError::Start { .. }
+            | TrainError::Picture(_)
+            | TrainError::NoCritic { .. },
         )) => usage(error),
         Some(RunsError::HasTeacher { folder }) => {
             usage(format_args!("the run in {} has a teacher: leave out --mpi", folder.display()))

@@ -90,7 +90,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     start: Option<PathBuf>,
     /// Change a setting of the learner, such as gamma=0.98, or of the distiller with --teacher, such as
-    /// hidden=[64,64]; can be given several times
+    /// hidden=[64,64]; can be given several times. Those of an actor that sees pictures have names such
+    /// as pixel_hidden
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Randomize a factor of the environment at each reset, such as object_mass=0.5..4,
@@ -147,7 +148,7 @@ pub fn run<M: Tasks>(tasks: &M, args: &Args) -> anyhow::Result<bool> {
     // Reports wrong usage before the ranks meet.
     let settings = match args.student.teacher {
         None => options::settings(args)?,
-        Some(_) => student::settings(args).map(|_| TrainSettings::default())?,
+        Some(_) => student::taught_settings(args).map(|_| TrainSettings::default())?,
     };
     options::varied(tasks, args)?;
     let signals = Signals::listen()?;
@@ -186,15 +187,12 @@ fn run_shared<M: Tasks>(
     } else {
         for run in 0..args.seeds.get() {
             let seed = args.seed.wrapping_add(run);
-            results.push(match &args.student.teacher {
-                Some(teacher) => {
-                    let mut ready = student::start(tasks, args, teacher, seed)?;
-                    finish(tasks, args, &mut *ready.trainer, &ready.folder, signals)?
-                }
-                None => {
-                    let ready = start(tasks, args, settings, seed, workers()).map_err(in_flags)?;
-                    finish_trained(tasks, args, ready, signals)?
-                }
+            results.push(if args.student.is_asked() {
+                let mut ready = student::start(tasks, args, settings, seed)?;
+                finish(tasks, args, &mut *ready.trainer, &ready.folder, signals)?
+            } else {
+                let ready = start(tasks, args, settings, seed, workers()).map_err(in_flags)?;
+                finish_trained(tasks, args, ready, signals)?
             });
         }
     }

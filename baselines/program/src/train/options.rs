@@ -101,6 +101,9 @@ pub fn settings(args: &Args) -> anyhow::Result<TrainSettings> {
     if let Some(num_envs) = args.envs {
         settings.schedule.num_envs = num_envs.get();
     }
+    if args.student.pixels {
+        settings = settings.with_pixels(args.env_id.task);
+    }
     for assignment in &args.set {
         settings = settings
             .with(assignment)

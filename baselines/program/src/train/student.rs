@@ -1,19 +1,19 @@
-//! `train --teacher`: distills a teacher into a policy that sees the state, or pictures.
+//! `train --teacher` and `train --pixels`: policies that imitate a teacher, or see pictures.
 
 use std::path::Path;
 
 use baselines::{
     Sight,
-    learn::DistillSettings,
-    runs::{MakeEnvs, NewStudent, Ready, RunDescription, Student, Teacher},
+    learn::{DistillSettings, TrainSettings},
+    runs::{Lessons, MakeEnvs, NewStudent, Ready, RunDescription, Student, Teacher},
 };
 use fetch_env::{Camera, FreeCamera};
 
-use super::{Args, errors::in_flags, options, path_of};
+use super::{Args, describe, errors::in_flags, path_of};
 use crate::output::usage;
 use crate::shared::tasks::Tasks;
 
-/// The flags of a run with a teacher.
+/// The flags of a student.
 #[derive(Clone, Debug, clap::Args)]
 pub struct StudentArgs {
     /// Distill a teacher, which sees the state, instead of learning from rewards: scripted, trained (the
@@ -23,9 +23,10 @@ pub struct StudentArgs {
     #[arg(conflicts_with_all = ["preset", "algorithm", "demos", "start", "updates", "noise"])]
     #[arg(conflicts_with_all = ["grid", "resume", "mpi"])]
     pub teacher: Option<String>,
-    /// The student sees pictures, the robot's own numbers and the goal, and not the object's
-    #[arg(long, requires = "teacher", conflicts_with_all = ["grid", "resume"])]
-    pixels: bool,
+    /// The policy sees pictures, the robot's own numbers and the goal, and not the object's. Without
+    /// --teacher, it learns from a critic that sees the state
+    #[arg(long, conflicts_with_all = ["demos", "start", "updates", "noise", "grid", "resume", "mpi"])]
+    pub pixels: bool,
     /// Camera of the pictures
     #[arg(long, value_enum, default_value_t = CameraChoice::Near, requires = "pixels")]
     camera: CameraChoice,
@@ -33,8 +34,8 @@ pub struct StudentArgs {
     #[arg(long, value_name = "PIXELS", default_value_t = 64, requires = "pixels")]
     #[arg(value_parser = clap::value_parser!(u32).range(16..=512))]
     size: u32,
-    /// Show the goal in the pictures
-    #[arg(long, requires = "pixels")]
+    /// Show the goal in the pictures, which a student of a teacher may see
+    #[arg(long, requires_all = ["pixels", "teacher"])]
     goal_marker: bool,
 }
 
@@ -46,8 +47,8 @@ enum CameraChoice {
     Reference,
 }
 
-/// Returns the settings that the flags describe.
-pub fn settings(args: &Args) -> anyhow::Result<DistillSettings> {
+/// Returns the settings of a distiller that the flags describe.
+pub fn taught_settings(args: &Args) -> anyhow::Result<DistillSettings> {
     let mut settings = DistillSettings::of_task(args.env_id.task, args.student.pixels);
     if let Some(num_envs) = args.envs {
         settings.num_envs = num_envs.get();
@@ -60,33 +61,41 @@ pub fn settings(args: &Args) -> anyhow::Result<DistillSettings> {
     Ok(settings)
 }
 
-/// Begins a run.
+/// Begins a run. Without a teacher, the learner has these settings.
 pub fn start(
     tasks: &impl Tasks,
     args: &Args,
-    teacher: &str,
+    settings: &TrainSettings,
     seed: u64,
 ) -> anyhow::Result<Ready<Student>> {
-    let (env_id, settings) = (args.env_id, settings(args)?);
-    let config = options::varied(tasks, args)?.unwrap_or_else(|| env_id.config());
-    let mut description = RunDescription::of_student(env_id, args.model.of_run(), config, seed);
+    let mut description = describe(tasks, args, seed)?;
+    let lessons = match &args.student.teacher {
+        Some(teacher) => {
+            let (env_id, model) = (args.env_id, args.model.of_run());
+            let config = description.config.unwrap_or_else(|| env_id.config());
+            description = RunDescription::of_student(env_id, model, config, seed);
+            description.steps = args.steps.unwrap_or(description.steps);
+            description.target = args.target.unwrap_or(description.target);
+            let teacher = Teacher::named(teacher, env_id.task);
+            let teacher = teacher.map_err(|error| usage(format_args!("--teacher: {error}")))?;
+            Lessons::Teacher(teacher, taught_settings(args)?)
+        }
+        None => Lessons::Rewards(settings.clone()),
+    };
     description.sight = args.student.sight(args);
-    description.steps = args.steps.unwrap_or(description.steps);
-    description.target = args.target.unwrap_or(description.target);
-    let teacher = Teacher::named(teacher, env_id.task);
-    let teacher = teacher.map_err(|error| usage(format_args!("--teacher: {error}")))?;
-    let new = NewStudent { description, settings, teacher, overwrite: args.overwrite };
+    let new = NewStudent { description, lessons, overwrite: args.overwrite };
     let ready = new.begin(tasks, path_of(args, seed), args.threads.get());
     ready.map_err(|error| in_flags(error.into()))
 }
 
-/// Continues the run in a folder, if it has a teacher.
+/// Continues the run in a folder, if it has a teacher or sees pictures.
 pub fn resume(
     tasks: &impl MakeEnvs,
     args: &Args,
     folder: &Path,
 ) -> anyhow::Result<Option<Ready<Student>>> {
-    if !RunDescription::read(folder).is_ok_and(|run| run.teacher.is_some()) {
+    let is_student = |run: RunDescription| run.teacher.is_some() || run.sight.is_some();
+    if !RunDescription::read(folder).is_ok_and(is_student) {
         return Ok(None);
     }
     let ready = Ready::resume_student(tasks, folder, args.threads.get());
@@ -94,6 +103,11 @@ pub fn resume(
 }
 
 impl StudentArgs {
+    /// Whether the run has a teacher, or a policy that sees pictures.
+    pub const fn is_asked(&self) -> bool {
+        self.teacher.is_some() || self.pixels
+    }
+
     /// Returns what the student sees, if it sees pictures.
     fn sight(&self, args: &Args) -> Option<Sight> {
         let sight = Sight::of_task(args.env_id.task).with_view(|view| {

@@ -1,25 +1,27 @@
-//! The state of an algorithm as a file: what is written is what can be read.
+//! The vectors that were learned as a file: what is written is what can be read.
 
 use std::collections::BTreeMap;
 
 use safetensors::{Dtype, SafeTensors};
 
-use super::interface::Algorithm;
 use crate::trained::file::{from_bytes, to_bytes};
 
 /// The name that the file format keeps for itself.
 const RESERVED: &str = "__metadata__";
 
-/// The vectors of an algorithm's state: the length of each, by its name. They are the same as long
-/// as the algorithm lives, and those of one that is built again.
+/// What was learned: each vector with its name.
+pub(crate) type Vectors<'a> = Vec<(String, &'a mut Vec<f32>)>;
+
+/// The vectors of an algorithm or a student: the length of each, by its name. They are the same as
+/// long as it lives, and those of one that is built again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct StateForm(BTreeMap<String, usize>);
 
-/// Why a file is not the state of an algorithm.
+/// Why a file does not have such vectors.
 pub(crate) enum StateFault {
-    /// No algorithm has such a state.
+    /// No run has left it.
     Damaged(String),
-    /// It is that of another algorithm.
+    /// It is that of something else.
     Foreign(String),
 }
 
@@ -33,10 +35,10 @@ impl StateFault {
 }
 
 impl StateForm {
-    /// Returns the form of an algorithm's state, or why a file cannot have it.
-    pub(crate) fn of(algorithm: &mut dyn Algorithm) -> Result<Self, String> {
+    /// Returns the form of vectors, or why a file cannot have them.
+    pub(crate) fn of(vectors: &Vectors<'_>) -> Result<Self, String> {
         let mut lens = BTreeMap::new();
-        for (name, vector) in algorithm.state_mut().vectors {
+        for (name, vector) in vectors {
             if name == RESERVED {
                 return Err(format!("a vector has the name {RESERVED}, which files reserve"));
             }
@@ -47,23 +49,29 @@ impl StateForm {
         Ok(Self(lens))
     }
 
-    /// Returns the number of updates and the vectors of an algorithm's state as a file, or why it
-    /// could not be read again.
-    pub(crate) fn write(&self, algorithm: &mut dyn Algorithm) -> Result<(u64, Vec<u8>), String> {
-        if *self != Self::of(algorithm)? {
+    /// Returns vectors of this form as a file, or why it could not be read again.
+    pub(crate) fn write(&self, vectors: Vectors<'_>) -> Result<Vec<u8>, String> {
+        if *self != Self::of(&vectors)? {
             return Err("its vectors have other names or lengths than at first".to_owned());
         }
-        let state = algorithm.state_mut();
-        let num_updates = *state.num_updates;
-        let vectors = state.vectors.into_iter();
+        let vectors = vectors.into_iter();
         let tensors = vectors.map(|(name, vector)| (name, vec![vector.len()], vector.as_slice()));
         let file = to_bytes(tensors.collect(), None).map_err(|error| error.to_string())?;
         self.read(&file).map_err(StateFault::into_reason)?;
-        Ok((num_updates, file))
+        Ok(file)
+    }
+
+    /// Replaces vectors of this form by those of a file.
+    pub(crate) fn restore(&self, vectors: Vectors<'_>, file: &[u8]) -> Result<(), StateFault> {
+        let mut read = self.read(file)?;
+        for (name, vector) in vectors {
+            read.remove(&name).into_iter().for_each(|saved| *vector = saved);
+        }
+        Ok(())
     }
 
     /// Returns the vectors of a file.
-    pub(crate) fn read(&self, file: &[u8]) -> Result<BTreeMap<String, Vec<f32>>, StateFault> {
+    fn read(&self, file: &[u8]) -> Result<BTreeMap<String, Vec<f32>>, StateFault> {
         let damaged = |error: safetensors::SafeTensorError| StateFault::Damaged(error.to_string());
         let tensors = SafeTensors::deserialize(file).map_err(damaged)?;
         let foreign = || StateFault::Foreign("a network does not fit".to_owned());

@@ -1,5 +1,7 @@
 //! The actor that sees pictures.
 
+use std::io::{self, Write};
+
 use fetch_env::vec_env::{BatchObservation, VecStep};
 use fetch_env::{GoalObservation, PictureRows};
 use goal_reward::GoalReward;
@@ -9,15 +11,16 @@ use rand_chacha::ChaCha8Rng;
 use rayon::ThreadPool;
 
 use super::memory::{Goals, Memory};
-use super::settings::PixelActorSettings;
 use crate::learn::algorithm::interface::Algorithm;
+use crate::learn::algorithm::state_file::StateFault;
 use crate::learn::distill::frames::Frames;
 use crate::learn::distill::rounds::write;
 use crate::learn::distill::student::{Student, StudentNetwork};
 use crate::learn::error::RunError;
-use crate::learn::run::eyes::Eyes;
+use crate::learn::run::eyes::{Eyes, EyesState};
 use crate::learn::run::inputs::Inputs;
 use crate::learn::run::seeds::{SeedUse, seed_for};
+use crate::learn::settings::pixels::PixelActorSettings;
 use crate::learn::settings::train::InputSettings;
 use crate::trained::{PixelPolicy, PolicyHeader, Sight, TrainedPolicyError};
 
@@ -31,6 +34,8 @@ pub(super) struct PixelActor {
     pub(super) inputs: Inputs,
     pub(super) student: Student,
     pub(super) memory: Memory,
+    /// The batch that the next decision sees, after a resume, instead of the one that it gets.
+    pub(super) resumed: Option<Memory>,
     pub(super) goals: Goals,
     pub(super) dims: Dims,
     pub(super) threads: ThreadPool,
@@ -54,7 +59,7 @@ impl PixelActor {
         inputs: &[f32],
         critic: &mut dyn Algorithm,
     ) -> f32 {
-        let action_l2 = self.settings.action_l2;
+        let action_l2 = self.settings.pixel_action_l2;
         let loss = |actions: &mut [f32]| loss(actions, inputs, action_l2, critic);
         self.student.update(self.num_updates, &batch.pictures, numbers, loss)
     }
@@ -79,22 +84,27 @@ where
     O: GoalObservation<Element: Scalar> + BatchObservation<Rows: AsRef<PictureRows>>,
 {
     fn see(&mut self, batch: &VecStep<O, I>) {
-        self.memory.add(batch);
+        match self.resumed.take() {
+            Some(resumed) => self.memory.append(&resumed),
+            None => self.memory.add(batch),
+        }
     }
 
-    fn explore(&mut self, batch: &VecStep<O, I>, noise: &[f32], actions: &mut [f32]) {
+    fn explore(&mut self, noise: &[f32], actions: &mut [f32]) {
         // Its first weights mean nothing.
         if self.num_updates == 0 {
             return;
         }
-        let mut own = vec![0.0; actions.len()];
-        self.act(batch, &mut own);
+        let (mut own, mut numbers) = (vec![0.0; actions.len()], Vec::new());
+        let (pictures, states) = self.memory.newest();
+        write(&self.inputs, Some(&self.columns), &states, &mut numbers);
+        self.threads.install(|| self.student.act(pictures, &numbers, &mut own));
         let num_envs = actions.len() / self.dims.action;
         let others = (num_envs as f64 * (1.0 - self.settings.acting_share)).round() as usize;
         let elements = actions.iter_mut().zip(own).zip(noise).skip(others * self.dims.action);
-        // Where an environment has failed, the algorithm's actions stay.
+        // That it has diverged is the error of its next update.
         for ((action, own), noise) in elements.filter(|((_, own), _)| own.is_finite()) {
-            *action = noise.mul_add(self.settings.noise, own).clamp(-1.0, 1.0);
+            *action = noise.mul_add(self.settings.pixel_noise, own).clamp(-1.0, 1.0);
         }
     }
 
@@ -114,7 +124,7 @@ where
         inputs: &Inputs,
         reward: &dyn GoalReward,
     ) -> Result<(), RunError> {
-        let PixelActorSettings { critic_updates, batch_size, .. } = self.settings;
+        let PixelActorSettings { critic_updates, pixel_batch_size: batch_size, .. } = self.settings;
         if !(number + 1).is_multiple_of(critic_updates) || self.memory.frames.len() == 0 {
             return Ok(());
         }
@@ -137,6 +147,54 @@ where
         } else {
             Err(RunError::Diverged { update: number + 1, critic: 0.0, actor })
         }
+    }
+
+    fn state(&mut self) -> Result<(EyesState, Vec<u8>), String> {
+        let networks = self.student.write()?;
+        let state = EyesState {
+            sight: self.sight.clone(),
+            inputs: self.inputs.clone(),
+            num_updates: self.num_updates,
+            frames: self.memory.frames.total,
+        };
+        Ok((state, networks))
+    }
+
+    fn write_memory(&self, batch: Option<&VecStep<O, I>>, to: &mut dyn Write) -> io::Result<()> {
+        self.memory.write_to(to)?;
+        match (&self.resumed, batch) {
+            (Some(resumed), _) => resumed.write_to(to),
+            (None, Some(batch)) => Memory::of(batch).write_to(to),
+            (None, None) => Ok(()),
+        }
+    }
+
+    fn restore(
+        &mut self,
+        state: EyesState,
+        networks: &[u8],
+        memory: &[u8],
+    ) -> Result<(), StateFault> {
+        let lens = |inputs: &Inputs| (inputs.observation.dim(), inputs.goal.dim());
+        if lens(&state.inputs) != lens(&self.inputs) {
+            return Err(StateFault::Foreign("its actor sees other numbers".to_owned()));
+        }
+        self.student.restore(networks)?;
+        let (dims, picture_len) = (Dims { action: 0, ..self.dims }, self.student.picture_len());
+        let num_envs = self.memory.num_envs;
+        let mut resumed = Memory::new(num_envs, num_envs);
+        let rest = self.memory.read(state.frames, picture_len, dims, memory).and_then(|rest| {
+            // There is nothing to see before the first step.
+            let next = if rest.is_empty() { 0 } else { num_envs as u64 };
+            resumed.read(next, picture_len, dims, rest)
+        });
+        if rest.is_none_or(|rest| !rest.is_empty()) {
+            return Err(StateFault::Damaged("it has states of another length".to_owned()));
+        }
+        self.resumed = (resumed.frames.total > 0).then_some(resumed);
+        self.inputs = state.inputs;
+        self.num_updates = state.num_updates;
+        Ok(())
     }
 
     fn policy(&self, header: PolicyHeader) -> Result<PixelPolicy, TrainedPolicyError> {

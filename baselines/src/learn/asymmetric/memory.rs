@@ -1,11 +1,12 @@
 //! The states from which an actor that sees pictures learns.
 
+use std::io::{self, Write};
 use std::iter::successors;
 
 use fetch_env::vec_env::{BatchObservation, VecStep};
 use fetch_env::{GoalObservation, PictureRows};
 use goal_reward::GoalReward;
-use her_relabel::{Scalar, StateRows};
+use her_relabel::{Dims, Scalar, StateRows};
 use rand::{Rng, RngExt};
 
 use crate::learn::distill::frames::Frames;
@@ -19,7 +20,7 @@ pub(super) struct Memory {
     pub(super) frames: Frames,
     /// Whether an episode begins with each state.
     started: Vec<bool>,
-    num_envs: usize,
+    pub(super) num_envs: usize,
     /// The number of rows that fit.
     capacity: usize,
 }
@@ -39,6 +40,16 @@ impl Memory {
         Self { frames: Frames::new(capacity), started: vec![false; capacity], num_envs, capacity }
     }
 
+    /// Returns the states of a batch alone.
+    pub(super) fn of<O, I>(batch: &VecStep<O, I>) -> Self
+    where
+        O: GoalObservation<Element: Scalar> + BatchObservation<Rows: AsRef<PictureRows>>,
+    {
+        let mut memory = Self::new(batch.len(), batch.len());
+        memory.add(batch);
+        memory
+    }
+
     /// Adds the states of a batch.
     pub(super) fn add<O, I>(&mut self, batch: &VecStep<O, I>)
     where
@@ -53,11 +64,56 @@ impl Memory {
             achieved_goal: &goals(batch.achieved_goal()),
             desired_goal: &goals(batch.desired_goal()),
         };
+        let started = batch.started().iter().enumerate();
+        let started = started.map(|(env, started)| *started || batch.error(env).is_some());
+        self.add_rows(&started.collect::<Vec<_>>(), batch.pixels(), &states);
+    }
+
+    /// Adds the states of a decision, in whose places an episode begins or not.
+    fn add_rows(&mut self, started: &[bool], pictures: &[u8], states: &StateRows<'_, f64>) {
         let first = (self.frames.total % self.capacity as u64) as usize;
-        for (env, started) in self.started[first..][..self.num_envs].iter_mut().enumerate() {
-            *started = batch.started()[env] || batch.error(env).is_some();
-        }
-        self.frames.add(self.num_envs, batch.pixels(), &states, &[]);
+        self.started[first..][..self.num_envs].copy_from_slice(started);
+        self.frames.add(self.num_envs, pictures, states, &[]);
+    }
+
+    /// Adds the states of another memory of as many environments, which has one decision.
+    pub(super) fn append(&mut self, other: &Self) {
+        self.add_rows(&other.started, &other.frames.pictures, &other.frames.states());
+    }
+
+    /// Returns the pictures and the states of the newest decision.
+    pub(super) fn newest(&self) -> (&[u8], StateRows<'_, f64>) {
+        let newest = self.newest_decision();
+        let Frames { pictures, observation, achieved_goal, desired_goal, .. } = &self.frames;
+        let states = StateRows {
+            observation: self.of_decision(observation, newest),
+            achieved_goal: self.of_decision(achieved_goal, newest),
+            desired_goal: self.of_decision(desired_goal, newest),
+        };
+        (self.of_decision(pictures, newest), states)
+    }
+
+    /// Writes everything.
+    pub(super) fn write_to(&self, to: &mut dyn Write) -> io::Result<()> {
+        let started = &self.started[..self.frames.len()];
+        to.write_all(&started.iter().map(|started| u8::from(*started)).collect::<Vec<_>>())?;
+        self.frames.write_to(to)
+    }
+
+    /// Replaces everything by `total` states, as [`Frames::read`] does.
+    pub(super) fn read<'a>(
+        &mut self,
+        total: u64,
+        picture_len: usize,
+        dims: Dims,
+        bytes: &'a [u8],
+    ) -> Option<&'a [u8]> {
+        let rows = self.capacity.min(usize::try_from(total).unwrap_or(usize::MAX));
+        let (started, rest) =
+            bytes.split_at_checked(rows).filter(|_| rows.is_multiple_of(self.num_envs))?;
+        let rest = self.frames.read(total, picture_len, dims, rest)?;
+        self.started.iter_mut().zip(started).for_each(|(own, started)| *own = *started > 0);
+        Some(rest)
     }
 
     /// Replaces `batch` by drawn states, whose goals are their own or, with the probability of
@@ -101,13 +157,23 @@ impl Memory {
 
     /// Returns the later rows of a row's episode.
     fn later(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
-        let newest = (self.frames.total.saturating_sub(1) % self.capacity as u64) as usize;
-        let newest = newest / self.num_envs;
+        let newest = self.newest_decision();
         let next = move |row: &usize| {
             let next = (row + self.num_envs) % self.capacity;
             (row / self.num_envs != newest && !self.started[next]).then_some(next)
         };
         successors(Some(row), next).skip(1)
+    }
+
+    /// Returns the place of the newest decision.
+    fn newest_decision(&self) -> usize {
+        (self.frames.total.saturating_sub(1) % self.capacity as u64) as usize / self.num_envs
+    }
+
+    /// Returns the rows of a decision.
+    fn of_decision<'a, T>(&self, rows: &'a [T], decision: usize) -> &'a [T] {
+        let len = rows.len() / self.frames.len() * self.num_envs;
+        &rows[decision * len..][..len]
     }
 
     /// Returns a row of goals.
@@ -130,15 +196,13 @@ mod tests {
     fn memory(decisions: u32, capacity: usize) -> Memory {
         let mut memory = Memory::new(capacity, 2);
         for decision in 0..decisions {
-            let first = (memory.frames.total % memory.capacity as u64) as usize;
-            memory.started[first] = decision.is_multiple_of(3);
-            memory.started[first + 1] = decision.is_multiple_of(5);
+            let started = [decision.is_multiple_of(3), decision.is_multiple_of(5)];
             let states = StateRows {
                 observation: &[f64::from(decision), f64::from(decision)],
                 achieved_goal: &[f64::from(decision), f64::from(decision) + 100.0],
                 desired_goal: &[-1.0, -2.0],
             };
-            memory.frames.add(2, &[0; 2], &states, &[]);
+            memory.add_rows(&started, &[0; 2], &states);
         }
         memory
     }

@@ -2,5 +2,4 @@
 
 mod actor;
 mod memory;
-pub(super) mod settings;
 mod trainer;

@@ -8,9 +8,11 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::collector::CollectorSnapshot;
 use crate::evaluate::MAX_COUNT;
+use crate::learn::error::CheckpointError;
 use crate::learn::run::curve::{Counters, CurveRow, Recent};
 use crate::learn::run::demonstrated::Demonstrated;
 use crate::learn::run::explorer::{ExplorerState, LastBatch};
+use crate::learn::run::eyes::{EyesState, SightOf};
 use crate::learn::run::inputs::Inputs;
 use crate::learn::run::trainer::Rest;
 use crate::learn::settings::train::TrainSettings;
@@ -21,6 +23,10 @@ pub(crate) const VERSION: u32 = 1;
 pub(crate) const STATE: &str = "state.json";
 pub(crate) const NETWORKS: &str = "networks.safetensors";
 pub(crate) const ENVIRONMENT: &str = "environment.json";
+/// The networks of an actor that sees pictures beside one that sees the state.
+pub(crate) const EYES: &str = "eyes.safetensors";
+/// The states that something that sees pictures remembers.
+pub(crate) const FRAMES: &str = "frames.bytes";
 
 /// The state that all processes share, except the networks.
 #[derive(Serialize, Deserialize)]
@@ -42,6 +48,9 @@ pub(super) struct Saved {
     pub(super) num_updates: u64,
     /// The demonstrated transitions in the buffer of each process.
     pub(super) demonstrated: Vec<Demonstrated>,
+    /// The actor that sees pictures, in a run of one process.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) eyes: Option<EyesState>,
 }
 
 /// The state of one process, except its buffer.
@@ -123,6 +132,9 @@ impl Saved {
         for demonstrated in &self.demonstrated {
             check_counts([("demonstrated transitions", demonstrated.unseen)])?;
         }
+        if let Some(eyes) = &self.eyes {
+            check_counts([("states", eyes.frames), ("updates", eyes.num_updates)])?;
+        }
         self.settings.check().map_err(|error| error.to_string())?;
         for row in &self.rows {
             check_counts(row.counters.counts())?;
@@ -151,6 +163,19 @@ impl<S: DeserializeOwned> Own<S> {
         check_counts(own.explorer.counts())?;
         Ok(own)
     }
+}
+
+/// Checks that the policy of a checkpoint sees what that of the run sees.
+pub(crate) fn check_sight(
+    path: &Path,
+    saved: Option<&SightOf>,
+    own: Option<&SightOf>,
+) -> Result<(), CheckpointError> {
+    if saved == own {
+        return Ok(());
+    }
+    let sees = saved.map_or_else(|| "no pictures".to_owned(), ToString::to_string);
+    Err(CheckpointError::OtherSight { path: path.to_owned(), sees })
 }
 
 pub(crate) fn check_counts<const N: usize>(counts: [(&str, u64); N]) -> Result<(), String> {

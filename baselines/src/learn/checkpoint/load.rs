@@ -9,8 +9,8 @@ use zip::read::ZipFile;
 use zip::{CompressionMethod, ZipArchive};
 
 use super::format::{
-    ENVIRONMENT, Header, NETWORKS, STATE, Saved, buffer_name, checkpoint_path, checkpoints,
-    own_name, parse,
+    ENVIRONMENT, EYES, FRAMES, Header, NETWORKS, STATE, Saved, buffer_name, checkpoint_path,
+    checkpoints, own_name, parse,
 };
 use crate::learn::error::CheckpointError as Error;
 use crate::workers::Workers;
@@ -23,6 +23,8 @@ pub(super) struct Loaded {
     pub(super) saved: Saved,
     pub(super) networks: Vec<u8>,
     pub(super) environment: Vec<u8>,
+    /// The networks and the memory of an actor that sees pictures; empty without one.
+    pub(super) eyes: [Vec<u8>; 2],
     /// The state of the process; empty on a different number of processes.
     pub(super) own: Vec<u8>,
     /// The buffers, each with the process that wrote it.
@@ -60,6 +62,9 @@ impl Loaded {
             before: before.clone(),
         })?;
         let num_ranks = saved.num_ranks;
+        let mut of_eyes =
+            |name: &str| send(workers, &|_| saved.eyes.is_some().then(|| name.to_owned()));
+        let eyes = [of_eyes(EYES)?, of_eyes(FRAMES)?];
         let own = send(workers, &|rank| (num_ranks == size).then(|| own_name(rank)))?;
         // On a different number of processes, the buffers are distributed round-robin. With more
         // processes than buffers, several processes get the same one.
@@ -73,7 +78,7 @@ impl Loaded {
             buffers.extend(number(rank).map(|number| (number, buffer)));
         }
         let path = checkpoint_path(folder, saved.counters.steps);
-        Ok(Self { path, before, saved, networks, environment, own, buffers })
+        Ok(Self { path, before, saved, networks, environment, eyes, own, buffers })
     }
 }
 

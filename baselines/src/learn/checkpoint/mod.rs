@@ -2,8 +2,9 @@
 //!
 //! A checkpoint is a zip archive of `state.json`, `networks.safetensors` and `environment.json`,
 //! and of `rank-0.json` and `rank-0.buffer` for each process, each with a checksum, none
-//! compressed. The first process writes it to a temporary file, which it then renames: a run that
-//! is killed while it writes leaves the last checkpoint as it was.
+//! compressed. That of a run with an actor that sees pictures has `eyes.safetensors` and
+//! `frames.bytes`, too. The first process writes it to a temporary file, which it then renames: a
+//! run that is killed while it writes leaves the last checkpoint as it was.
 
 pub(crate) mod environment;
 pub(crate) mod format;

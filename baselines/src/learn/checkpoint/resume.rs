@@ -7,17 +7,20 @@ use fetch_env::{EnvError, SnapshotEnv};
 use her_relabel::HerBuffer;
 
 use super::environment::EnvMark;
-use super::format::{Own, checkpoints};
+use super::format::{Own, check_sight, checkpoints};
 use super::load::Loaded;
 use crate::learn::algorithm::interface::{AlgorithmInit, Built};
 use crate::learn::algorithm::state_file::StateFault;
-use crate::learn::error::CheckpointError as Error;
+use crate::learn::error::{CheckpointError as Error, TrainError};
 use crate::learn::run::curve::Counters;
 use crate::learn::run::env::LearnEnv;
+use crate::learn::run::eyes::SightOf;
 use crate::learn::run::inputs::Inputs;
 use crate::learn::run::learner::check_same;
 use crate::learn::run::trainer::Trainer;
+use crate::learn::run::updates::Updates;
 use crate::learn::settings::algorithm::AlgorithmSettings;
+use crate::learn::settings::pixels::PixelActorSettings;
 use crate::learn::settings::train::TrainSettings;
 use crate::workers::{OneProcess, Workers};
 
@@ -129,11 +132,32 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         make: impl Fn() -> Result<E, EnvError>,
         folder: impl AsRef<Path>,
         num_threads: usize,
-        mut workers: Box<dyn Workers>,
+        workers: Box<dyn Workers>,
         build: impl FnOnce(&AlgorithmSettings, AlgorithmInit) -> Built,
     ) -> Result<(Self, Resumed), Error> {
-        let Loaded { path, before, saved, networks, environment, own, buffers } =
-            Loaded::read(folder.as_ref(), &mut *workers)?;
+        let blind = None::<(_, fn(&mut Self, _) -> _)>;
+        Self::resume_seeing(make, folder.as_ref(), num_threads, workers, build, blind)
+    }
+
+    /// Continues a run whose actor sees something besides the state, if `seeing` says what, and adds
+    /// that actor to a trainer.
+    pub(in crate::learn) fn resume_seeing(
+        make: impl Fn() -> Result<E, EnvError>,
+        folder: &Path,
+        num_threads: usize,
+        mut workers: Box<dyn Workers>,
+        build: impl FnOnce(&AlgorithmSettings, AlgorithmInit) -> Built,
+        seeing: Option<(
+            &SightOf,
+            impl FnOnce(&mut Self, PixelActorSettings) -> Result<(), TrainError>,
+        )>,
+    ) -> Result<(Self, Resumed), Error> {
+        let Loaded { path, before, mut saved, networks, environment, eyes, own, buffers } =
+            Loaded::read(folder, &mut *workers)?;
+        let of_eyes = saved.eyes.as_ref();
+        let sight = seeing.as_ref().map(|(sight, _)| *sight);
+        check_sight(&path, of_eyes.map(|eyes| &eyes.sight), sight)?;
+        let actor = saved.settings.pixels.take();
         let damaged = |reason: String| {
             let (path, before) = (path.clone(), before.clone());
             Error::Damaged { path, reason, before }
@@ -143,6 +167,9 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         let size = workers.size();
         let (settings, seed) = (saved.settings, saved.seed);
         let mut trainer = Self::with_algorithm(make, settings, seed, num_threads, workers, build)?;
+        if let Some((_, open_eyes)) = seeing {
+            open_eyes(&mut trainer, actor.unwrap_or_default())?;
+        }
         let dims = trainer.replay.buffer.config().dims();
         EnvMark::read(&environment)
             .and_then(|mark| mark.check(&mut trainer.replay.template, dims.goal))
@@ -153,14 +180,17 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             let buffer = buffer.map_err(|error| damaged(error.to_string()))?;
             replayed.push((buffer, saved.demonstrated.get(number).cloned().unwrap_or_default()));
         }
-        let mut vectors = trainer.updates.form.read(&networks).map_err(|fault| match fault {
+        let fault = |fault| match fault {
             StateFault::Damaged(reason) => damaged(reason),
             StateFault::Foreign(reason) => foreign(&reason),
-        })?;
-        let state = trainer.updates.algorithm.state_mut();
+        };
+        let Updates { algorithm, form, .. } = &mut trainer.updates;
+        let state = algorithm.state_mut();
+        form.restore(state.vectors, &networks).map_err(fault)?;
         *state.num_updates = saved.num_updates;
-        for (name, vector) in state.vectors {
-            vectors.remove(&name).into_iter().for_each(|saved| *vector = saved);
+        if let (Some(actor), Some(state)) = (&mut trainer.eyes, saved.eyes) {
+            let [networks, memory] = &eyes;
+            actor.restore(state, networks, memory).map_err(fault)?;
         }
         let Inputs { observation, goal, .. } = &saved.inputs;
         if (observation.dim(), goal.dim()) != (dims.observation, dims.goal) {

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::environment::EnvMark;
 use super::format::{
-    ENVIRONMENT, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
+    ENVIRONMENT, EYES, FRAMES, NETWORKS, Own, STATE, Saved, VERSION, buffer_name, checkpoint_path,
     checkpoints_by_steps, own_name, parse,
 };
 use super::load::header;
@@ -40,8 +40,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// [`CheckpointError::OtherRun`](Error::OtherRun) if the folder has checkpoints of another run,
     /// or an unreadable file in the place of this one;
     /// [`CheckpointError::Unreadable`](Error::Unreadable) if no run could be resumed from this one,
-    /// because your algorithm or environment has a state that cannot be read again;
-    /// [`CheckpointError::PixelActor`](Error::PixelActor) with an actor that sees pictures; otherwise
+    /// because your algorithm or environment has a state that cannot be read again; otherwise
     /// another [`CheckpointError`](Error). Earlier checkpoints stay whole, and none is removed.
     pub fn save(&mut self, folder: impl AsRef<Path>) -> Result<PathBuf, Error> {
         self.save_in(folder.as_ref())
@@ -50,9 +49,6 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     // Shared as the cycle of a `RunPlan` is.
     #[inline(never)]
     fn save_in(&mut self, folder: &Path) -> Result<PathBuf, Error> {
-        if self.eyes.is_some() {
-            return Err(Error::PixelActor);
-        }
         let path = checkpoint_path(folder, self.counters.steps);
         let failed = |source| Error::Write { path: path.clone(), source };
         let own = Own {
@@ -109,6 +105,11 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             archive.part(NETWORKS)?.write_all(&parts.networks)?;
             archive.part(ENVIRONMENT)?.write_all(&parts.environment)?;
             archive.part(&own_name(0))?.write_all(parts.own)?;
+            if let (Some(eyes), Some(networks)) = (&self.eyes, &parts.eyes) {
+                archive.part(EYES)?.write_all(networks)?;
+                let last = self.collecting.collector.envs().last_step();
+                eyes.write_memory((steps > 0).then_some(last), archive.part(FRAMES)?)?;
+            }
             self.replay.buffer.write_to(archive.part(&buffer_name(0))?)?;
             for (rank, [state, buffer]) in (1..).zip(parts.others) {
                 archive.part(&own_name(rank))?.write_all(state)?;
@@ -127,7 +128,10 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         others: &'a [[Vec<u8>; 2]],
     ) -> Result<Parts<'a>, String> {
         let Updates { algorithm, form, .. } = &mut self.updates;
-        let (num_updates, networks) = form.write(&mut **algorithm)?;
+        let state = algorithm.state_mut();
+        let (num_updates, networks) = (*state.num_updates, form.write(state.vectors)?);
+        let eyes = self.eyes.as_mut().map(|eyes| eyes.state()).transpose()?;
+        let (of_eyes, eyes) = eyes.unzip();
         let saved = Saved {
             version: VERSION,
             run_id: self.run_id,
@@ -141,6 +145,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
             inputs: self.replay.inputs.clone(),
             num_updates,
             demonstrated,
+            eyes: of_eyes,
         };
         let state = json(&saved)?;
         parse(&state)?;
@@ -150,7 +155,7 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
         for own in std::iter::once(own).chain(others.iter().map(|[state, _]| &state[..])) {
             Own::<<CollectedEnv<E> as SnapshotEnv>::Snapshot>::read(own)?;
         }
-        Ok(Parts { state, networks, environment, own, others })
+        Ok(Parts { state, networks, environment, eyes, own, others })
     }
 }
 
@@ -165,6 +170,8 @@ struct Parts<'a> {
     state: Vec<u8>,
     networks: Vec<u8>,
     environment: Vec<u8>,
+    /// The networks of an actor that sees pictures.
+    eyes: Option<Vec<u8>>,
     own: &'a [u8],
     others: &'a [[Vec<u8>; 2]],
 }

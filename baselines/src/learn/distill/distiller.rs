@@ -16,6 +16,7 @@ use crate::evaluate::{EvaluationError, check_vec_policy};
 use crate::learn::error::TrainError;
 use crate::learn::run::curve::{Counters, CurveRow};
 use crate::learn::run::env::LearnEnv;
+use crate::learn::run::eyes::SightOf;
 use crate::learn::run::inputs::{Inputs, check_left_out};
 use crate::learn::run::seeds::{SeedUse, seed_for};
 use crate::learn::run::trainer::vec_env;
@@ -83,12 +84,6 @@ pub struct Distiller<E: LearnEnv> {
 
 /// The places of the numbers that a student sees, among all inputs; `None` for all.
 pub(super) type Columns = Option<Vec<usize>>;
-
-#[cfg(feature = "render")]
-pub(super) type SightOf = crate::trained::Sight;
-/// Nothing sees pictures, but a checkpoint may be of a student that does.
-#[cfg(not(feature = "render"))]
-pub(super) type SightOf = serde_json::Value;
 
 /// What returns the pictures of a batch.
 pub(super) type Pictures<E> = fn(&VecStepOf<E>) -> &[u8];

@@ -1,6 +1,10 @@
 //! The states that a distiller has seen, and the teacher's actions in them.
 
-use her_relabel::StateRows;
+use std::io::{self, Write};
+
+use her_relabel::{Dims, StateRows};
+
+use crate::trained::file::from_bytes;
 
 /// The newest states: pictures, observations, goals and the teacher's actions, a row for each.
 pub(in crate::learn) struct Frames {
@@ -60,6 +64,45 @@ impl Frames {
         gather(&mut self.achieved_goal, &others.achieved_goal, rows, len);
         gather(&mut self.desired_goal, &others.desired_goal, rows, len);
         gather(&mut self.action, &others.action, rows, len);
+    }
+
+    /// Writes all rows, column after column.
+    pub(in crate::learn) fn write_to(&self, to: &mut (impl Write + ?Sized)) -> io::Result<()> {
+        to.write_all(&self.pictures)?;
+        for number in
+            [&self.observation, &self.achieved_goal, &self.desired_goal].into_iter().flatten()
+        {
+            to.write_all(&number.to_le_bytes())?;
+        }
+        self.action.iter().try_for_each(|number| to.write_all(&number.to_le_bytes()))
+    }
+
+    /// Replaces all rows by the newest of `total`, which [`write_to`](Self::write_to) wrote. Returns
+    /// the bytes after them, or `None`, and replaces nothing, if there are too few.
+    pub(in crate::learn) fn read<'a>(
+        &mut self,
+        total: u64,
+        picture_len: usize,
+        dims: Dims,
+        bytes: &'a [u8],
+    ) -> Option<&'a [u8]> {
+        let read = Self { total, ..Self::new(self.capacity) };
+        let rows = read.len();
+        let doubles = dims.observation + 2 * dims.goal;
+        let (pictures, rest) = bytes.split_at_checked(rows * picture_len)?;
+        let (states, rest) = rest.split_at_checked(rows * 8 * doubles)?;
+        let (actions, rest) = rest.split_at_checked(rows * 4 * dims.action)?;
+        let (states, _) = states.as_chunks::<8>();
+        let mut states = states.iter().map(|number| f64::from_le_bytes(*number));
+        *self = Self {
+            pictures: pictures.to_vec(),
+            observation: states.by_ref().take(rows * dims.observation).collect(),
+            achieved_goal: states.by_ref().take(rows * dims.goal).collect(),
+            desired_goal: states.collect(),
+            action: from_bytes(actions).collect(),
+            ..read
+        };
+        Some(rest)
     }
 
     /// Returns observations and goals.

@@ -3,6 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::learn::algorithm::state_file::{StateFault, StateForm, Vectors};
 #[cfg(feature = "render")]
 use crate::network::PictureShape;
 use crate::network::adam::Adam;
@@ -31,10 +32,10 @@ struct EitherPass {
 /// A network that learns, and its average.
 pub(in crate::learn) struct Student {
     /// Acts in rounds, so that they reach states where it still errs.
-    pub(super) learning: StudentNetwork,
+    learning: StudentNetwork,
     /// Is evaluated.
     pub(in crate::learn) averaged: StudentNetwork,
-    pub(super) adam: Adam,
+    adam: Adam,
     average_fraction: f32,
     pass: EitherPass,
     gradient: Vec<f32>,
@@ -57,8 +58,16 @@ impl StudentNetwork {
         }
     }
 
+    /// Returns the length of a picture in bytes.
+    fn picture_len(&self) -> usize {
+        match self {
+            Self::State(_) => 0,
+            Self::Pixels(network) => network.shape().picture_len(),
+        }
+    }
+
     /// Returns the parameters, and all else that was learned, each with its name.
-    pub(super) fn vectors_mut(&mut self) -> Vec<(&'static str, &mut Vec<f32>)> {
+    fn vectors_mut(&mut self) -> Vec<(&'static str, &mut Vec<f32>)> {
         match self {
             Self::State(network) => network.vectors_mut().into(),
             Self::Pixels(network) => network.vectors_mut().into(),
@@ -126,6 +135,34 @@ impl Student {
                 network.measure(pictures);
             }
         }
+    }
+
+    /// Returns the length of the pictures that it sees, in bytes.
+    pub(in crate::learn) fn picture_len(&self) -> usize {
+        self.learning.picture_len()
+    }
+
+    /// Returns all that was learned.
+    fn vectors_mut(&mut self) -> Vectors<'_> {
+        let Self { learning, averaged, adam, .. } = self;
+        let learning = learning.vectors_mut().into_iter().chain(adam.vectors_mut());
+        let learning = learning.map(|(name, vector)| (format!("learning.{name}"), vector));
+        let averaged = averaged.vectors_mut().into_iter();
+        learning
+            .chain(averaged.map(|(name, vector)| (format!("averaged.{name}"), vector)))
+            .collect()
+    }
+
+    /// Returns all that was learned as a file, or why it could not be read again.
+    pub(in crate::learn) fn write(&mut self) -> Result<Vec<u8>, String> {
+        let vectors = self.vectors_mut();
+        StateForm::of(&vectors)?.write(vectors)
+    }
+
+    /// Replaces all that was learned by that of a file.
+    pub(in crate::learn) fn restore(&mut self, file: &[u8]) -> Result<(), StateFault> {
+        let vectors = self.vectors_mut();
+        StateForm::of(&vectors).map_err(StateFault::Foreign)?.restore(vectors, file)
     }
 
     /// Writes the actions of the learning network for pictures and numbers, a row for each.

@@ -210,7 +210,7 @@ impl<O: GoalObservation<Element: Scalar>, I> VecPolicy<O, I> for Exploring<'_, O
             }
             actor.explore(rows, &noise, actions);
             if let Some(eyes) = eyes {
-                eyes.explore(batch, &noise, actions);
+                eyes.explore(&noise, actions);
             }
             if let Some(last_cycle) = last_cycle {
                 last_cycle.step(batch, inputs);

@@ -145,6 +145,13 @@ impl<E: LearnEnv> Trainer<E> {
         facts.extend(each.iter().map(|(name, value)| (name.as_str(), value.clone())));
         agree(&mut *workers, &facts)?;
         settings.check()?;
+        if settings.pixels.is_some() {
+            return Err(TrainError::Setting {
+                name: "pixels",
+                value: "set".to_owned(),
+                expected: "begin the run with Trainer::with_pixels",
+            });
+        }
         let own = settings.of_one(workers.size())?;
         own.check()?;
 

@@ -34,7 +34,8 @@ impl Updates {
         mut algorithm: Box<dyn Algorithm>,
         num_threads: usize,
     ) -> Result<Self, TrainError> {
-        let form = StateForm::of(&mut *algorithm).map_err(|reason| TrainError::State {
+        let form = StateForm::of(&algorithm.state_mut().vectors);
+        let form = form.map_err(|reason| TrainError::State {
             algorithm: algorithm.name().to_owned(),
             reason,
         })?;

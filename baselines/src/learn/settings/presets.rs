@@ -94,7 +94,8 @@ impl TrainSettings {
                 schedule.evaluation_interval = Some(20_000);
             }
         }
-        Self { algorithm: AlgorithmSettings::Ddpg(ddpg), replay, inputs, exploration, schedule }
+        let algorithm = AlgorithmSettings::Ddpg(ddpg);
+        Self { algorithm, replay, inputs, exploration, schedule, pixels: None }
     }
 
     /// Returns the settings of the authors, in one process.
@@ -121,6 +122,7 @@ impl TrainSettings {
                 evaluation_episodes: 100,
                 per_rank: true,
             },
+            pixels: None,
         }
     }
 

@@ -1,10 +1,12 @@
 //! The settings of a training run.
 
+use fetch_env::Task;
 use her_relabel::GoalStrategy;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::algorithm::{AlgorithmSettings, DdpgSettings};
+use super::pixels::PixelActorSettings;
 use super::range::ranged_settings;
 use crate::learn::error::TrainError;
 
@@ -29,6 +31,9 @@ pub struct TrainSettings {
     pub exploration: ExplorationSettings,
     /// How often to collect, update and evaluate.
     pub schedule: ScheduleSettings,
+    /// The actor that sees pictures, of a run [with pixels](crate::learn::Trainer::with_pixels).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pixels: Option<PixelActorSettings>,
 }
 
 /// Settings that assume nothing about the task, to start from with your own environment: no
@@ -42,6 +47,7 @@ impl Default for TrainSettings {
             inputs: InputSettings::default(),
             exploration: ExplorationSettings::default(),
             schedule: ScheduleSettings::default(),
+            pixels: None,
         }
     }
 }
@@ -67,18 +73,20 @@ impl TrainSettings {
                 ..exploration
             },
             schedule: ScheduleSettings { updates_per_cycle: 1, ..schedule },
+            pixels: None,
         }
     }
 
     /// Checks that the settings which have no effect on an on-policy algorithm are as in
     /// [`on_policy`](Self::on_policy).
     pub(crate) fn check_on_policy(&self, algorithm: &str) -> Result<(), TrainError> {
-        let Self { replay, inputs, exploration, schedule, .. } = self.clone();
+        let Self { replay, inputs, exploration, schedule, pixels, .. } = self.clone();
         let mut expected = Self::on_policy(self.algorithm.clone());
         expected.replay.capacity = replay.capacity;
         expected.inputs = InputSettings { actor_observation_noise: 0.0, ..inputs };
         expected.exploration.far_start_share = exploration.far_start_share;
         expected.schedule = ScheduleSettings { updates_per_cycle: 1, ..schedule };
+        expected.pixels = pixels;
         let pairs = each_setting(self).into_iter().zip(each_setting(&expected));
         match pairs.into_iter().find(|(own, expected)| own != expected) {
             None => Ok(()),
@@ -87,6 +95,12 @@ impl TrainSettings {
                 Err(TrainError::Unused { name, value, expected, algorithm })
             }
         }
+    }
+
+    /// Adds the settings of an actor that sees pictures, for a Fetch task.
+    #[must_use]
+    pub fn with_pixels(self, task: Task) -> Self {
+        Self { pixels: Some(PixelActorSettings::of_task(task)), ..self }
     }
 
     /// Returns the settings of one of `size` processes.
@@ -127,7 +141,7 @@ impl TrainSettings {
     /// [`TrainError::Setting`] with the first that is not, and [`TrainError::Unused`] with one of
     /// the settings that [`on_policy`](Self::on_policy) fixes for PPO.
     pub fn check(&self) -> Result<(), TrainError> {
-        let Self { algorithm, replay, inputs, exploration, schedule } = self;
+        let Self { algorithm, replay, inputs, exploration, schedule, pixels } = self;
         match algorithm {
             AlgorithmSettings::Ddpg(settings) => settings.check(),
             AlgorithmSettings::Sac(settings) => settings.check(),
@@ -145,6 +159,7 @@ impl TrainSettings {
         inputs.check()?;
         exploration.check()?;
         schedule.check()?;
+        pixels.iter().try_for_each(PixelActorSettings::check)?;
         match algorithm {
             AlgorithmSettings::Ppo(_) => self.check_on_policy(algorithm.name()),
             _ => Ok(()),

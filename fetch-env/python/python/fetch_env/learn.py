@@ -106,7 +106,7 @@ def train(  # noqa: PLR0913
     progress: bool | Callable[[CurveRow], object] = True,
     **settings: Unpack[Settings],
 ) -> Training:
-    """Learn a task with hindsight, from rewards alone, or from a teacher.
+    """Learn a task with hindsight, from rewards alone, or from a teacher, and from pictures.
 
     ``train("FetchReach-v4", target=1.0)`` takes a few seconds on two cores, and Push about a
     minute, evaluations included, which ``counters["seconds"]`` of a row leaves out. The settings
@@ -137,6 +137,9 @@ def train(  # noqa: PLR0913
         training = fetch_env.train("FetchPush-v4", teacher="trained", pixels=True)
         fetch_env.evaluate("FetchPush-v4", training.policy)["success_rate"]["value"]
 
+    With ``pixels`` and no teacher, the same policy learns from rewards: a critic and another actor,
+    which see the state, learn beside it. The goal is not shown in its pictures.
+
     Args:
         env_id: The name, such as ``"FetchPush-v4"``.
         preset: ``"fast"`` (DDPG), ``"book"`` (SAC) or ``"authors"`` (the DDPG of HER's authors);
@@ -158,7 +161,7 @@ def train(  # noqa: PLR0913
             (the one that comes with the package) or ``"scripted"``. Settings in ``preset`` are
             those of :attr:`Training.settings` of such a run, such as ``hidden``. The program's
             planner is no teacher: it would have to plan anew from each state.
-        pixels: Whether the student sees pictures, or a dictionary of what differs from the usual
+        pixels: Whether the policy sees pictures, or a dictionary of what differs from the usual
             ones: see :class:`fetch_env.Pixels`.
         noise: Standard deviations of noise that the policy learns to stand: ``"observation"`` on
             what the actor sees, in the units of the observation, while the critic learns from exact
@@ -244,15 +247,17 @@ def _student(
     observation_noise: float | None,
 ) -> tuple[_native.Policy | str | None, tuple[Any, Any, bool] | None]:
     """Return teacher and pictures as the native module takes them."""
-    if teacher is None:
-        if pixels:
-            message = "pixels need a teacher: pass teacher='trained', another policy or 'scripted'"
-            raise ValueError(message)
+    pictures = seen(pixels)
+    if teacher is None and pictures is None:
         return None, None
     if start is not None or observation_noise is not None:
-        message = "start and noise of observations have no meaning with a teacher: leave them out"
+        message = (
+            "start and noise of observations have no meaning with a teacher or pixels: "
+            "leave them out"
+        )
         raise ValueError(message)
-    pictures = seen(pixels)
+    if teacher is None:
+        return None, pictures
     if isinstance(teacher, Policy):
         return teacher._native, pictures  # noqa: SLF001
     try:

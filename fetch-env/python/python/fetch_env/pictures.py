@@ -23,7 +23,7 @@ class Asked(TypedDict):
 
 
 class Pixels(TypedDict, total=False):
-    """The pictures of a student; what is left out is as usual for the task."""
+    """The pictures of a policy that learns; what is left out is as usual for the task."""
 
     camera: Literal["near", "reference"] | Mapping[str, Any]
     """``"near"`` (the default: goals and gripper as large as they can be), ``"reference"``, or a
@@ -31,7 +31,7 @@ class Pixels(TypedDict, total=False):
     size: int
     """Width and height, from 16 to 512, 64 by default."""
     marker: bool
-    """Whether the goal is shown, ``False`` by default."""
+    """Whether the goal is shown, ``False`` by default; ``True`` needs a teacher."""
 
 
 def seen(pixels: bool | Pixels) -> tuple[Any, Any, bool] | None:  # noqa: FBT001
