@@ -13,8 +13,9 @@ mod matrix;
 mod packing;
 pub(crate) mod pass;
 pub(crate) mod perceptron;
-mod picture;
+mod picture_network;
 mod picture_pass;
+mod picture_shape;
 mod product;
 mod spatial_softmax;
 pub(crate) mod vectors;
@@ -23,7 +24,8 @@ mod windows;
 pub use adam::{Adam, Trained};
 pub use pass::Pass;
 pub use perceptron::{Network, Shape};
-#[cfg(feature = "render")]
-pub(crate) use picture::LARGEST;
-pub use picture::{Convolution, PictureNetwork, PictureShape, PictureShapeError};
+pub use picture_network::PictureNetwork;
 pub use picture_pass::PicturePass;
+#[cfg(feature = "render")]
+pub(crate) use picture_shape::LARGEST;
+pub use picture_shape::{Convolution, PictureShape, PictureShapeError};

@@ -11,7 +11,7 @@ use her_relabel::files::read_text;
 use indicatif::ProgressBar;
 
 use self::heat_map::heat_map;
-use super::{Args, tell_of_locks};
+use super::{Args, finish::tell_of_locks};
 use crate::{
     figures::picture::Picture,
     output::tell,
