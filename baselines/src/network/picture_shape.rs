@@ -73,7 +73,7 @@ pub enum PictureShapeError {
 
 debug_as_display!(PictureShapeError);
 
-/// The shape of a [`PictureNetwork`].
+/// The shape of a [`PictureNetwork`](super::PictureNetwork).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureShape {
     pub(super) layers: Vec<ConvolutionLayer>,
