@@ -42,7 +42,8 @@ fn the_normalizers_of_a_policy_stay_as_they_are() -> Result {
             teacher.cycle()?;
         }
         let policy = teacher.policy("FetchReach-v4")?;
-        let mut trainer = Trainer::new(make, settings(learns), 1, 1)?;
+        let settings = settings(learns).with("min_std=0.02")?.with("clip=4")?;
+        let mut trainer = Trainer::new(make, settings, 1, 1)?;
         trainer.start_from(&policy)?;
         let header_after_cycles = |trainer: &mut Trainer<_>| -> Result<PolicyHeader> {
             let updates = trainer.counters().updates;

@@ -48,7 +48,8 @@ impl<E: LearnEnv + SnapshotEnv> Trainer<E> {
     /// # Errors
     /// [`CheckpointError`](Error) if there is no checkpoint, or the last one is damaged or belongs
     /// to a different environment: one with different spaces, with different rewards for the same
-    /// goals, or that rejects the checkpoint's snapshots.
+    /// goals, or that rejects the checkpoint's snapshots; [`OtherSight`](Error::OtherSight) if its
+    /// policy sees pictures: `resume_pixels` continues that run.
     pub fn resume(
         make: impl Fn() -> Result<E, EnvError>,
         folder: impl AsRef<Path>,

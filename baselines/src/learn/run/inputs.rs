@@ -50,17 +50,11 @@ impl Inputs {
         })
     }
 
-    /// Takes the statistics of a policy, and keeps them: to the same states, other statistics would
-    /// make it another policy.
-    pub(crate) fn fix(
-        &mut self,
-        observation: &Normalizer,
-        goal: &Normalizer,
-    ) -> Result<(), NormalizerError> {
-        self.observation.merge(observation)?;
-        self.goal.merge(goal)?;
+    /// Takes the normalizers of a policy, and keeps them: with others it would be another policy.
+    pub(crate) fn fix(&mut self, observation: &Normalizer, goal: &Normalizer) {
+        self.observation = observation.clone();
+        self.goal = goal.clone();
         self.fixed = true;
-        Ok(())
     }
 
     /// Whether the statistics no longer change.

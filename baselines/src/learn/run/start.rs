@@ -10,8 +10,8 @@ use crate::workers::agree;
 
 impl<E: LearnEnv> Trainer<E> {
     /// Starts from a policy, before the first step, in all processes alike: the actor gets its
-    /// weights, and the run its normalizers, which then stay as they are. The environment of the
-    /// policy may be another one with the same lengths.
+    /// weights, and the run its normalizers, which then stay as they are, with the policy's own
+    /// `min_std` and `clip`. The environment of the policy may be another one with the same lengths.
     ///
     /// All else begins as in every run: the critic knows nothing yet, so the policy becomes much
     /// worse before it becomes better, unless the actor's learning rate is small, such as 0.0001.
@@ -48,7 +48,7 @@ impl<E: LearnEnv> Trainer<E> {
             return Err(unfit("the policy does not normalize all of its inputs"));
         };
         let mut inputs = self.replay.inputs.clone();
-        inputs.fix(observation, goal)?;
+        inputs.fix(observation, goal);
         if !self.updates.algorithm.set_greedy_layers(&layers) {
             return Err(unfit("the run's algorithm cannot begin with the layers of another actor"));
         }

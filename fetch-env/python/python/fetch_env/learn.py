@@ -153,10 +153,10 @@ def train(  # noqa: PLR0913
         out: Folder of the run, which one process at a time uses.
         resume: Whether to continue the run in ``out``, if there is one.
         start: A policy whose actor and normalizers the run starts from, also one of another task
-            with the same lengths, such as Push for PickAndPlace. The critic begins anew, so the
-            policy becomes much worse before it becomes better, unless ``actor_learning_rate`` is
-            small, such as 0.0001. The first ``random_episodes`` are random. The run must have
-            layers of the same sizes; a resumed one does not need it.
+            with the same lengths, such as Push for PickAndPlace. The normalizers stay as they are.
+            The critic begins anew, so the policy becomes much worse before it becomes better,
+            unless ``actor_learning_rate`` is small, such as 0.0001. The first ``random_episodes``
+            are random. The run must have layers of the same sizes; a resumed one does not need it.
         teacher: Whom a student imitates: a policy that sees the state or its file, ``"trained"``
             (the one that comes with the package) or ``"scripted"``. Settings in ``preset`` are
             those of :attr:`Training.settings` of such a run, such as ``hidden``. The program's
