@@ -219,7 +219,12 @@ impl RunDescription {
         let start = self.start.iter().map(|start| part("start", start));
         let teacher = self.teacher.iter().map(|teacher| match teacher {
             RunTeacher::Scripted => part("teacher", "scripted"),
-            RunTeacher::Policy(policy) => part("teacher", policy),
+            RunTeacher::Policy(policy) => {
+                // Its own task's name would be there twice.
+                let own = format!("{}, ", self.env_id);
+                let policy = policy.strip_prefix(&own).unwrap_or(policy);
+                part("teacher", &policy.replace(", ", "_").replace(' ', "_"))
+            }
         });
         #[cfg(feature = "render")]
         let sight = self.sight.iter().map(|sight| sight.name(self.env_id.task));

@@ -55,7 +55,9 @@ impl Teacher {
             "scripted" => Ok(Self::Scripted),
             "trained" => Ok(Self::Policy(TrainedPolicy::shipped(task)?)),
             "planned" => Err(TeacherError::Planned),
-            _ if !name.contains(['.', '/']) => Err(TeacherError::Unknown { name: name.to_owned() }),
+            _ if !name.contains(['.', '/']) && !Path::new(name).exists() => {
+                Err(TeacherError::Unknown { name: name.to_owned() })
+            }
             file => match AnyPolicy::load(file)? {
                 AnyPolicy::State(policy) => Ok(Self::Policy(policy)),
                 #[cfg(feature = "render")]

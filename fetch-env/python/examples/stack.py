@@ -22,6 +22,7 @@ class Stack:
 
     goal_len = 6
     extra_len = 9
+    mirror = {"goal": "XYZXYZ", "extra": "XYZxyzxyz", "axes": "xy"}
     extension = {
         "xml": """
             <worldbody>
@@ -78,5 +79,5 @@ def collect(num_envs, steps):
 
 if __name__ == "__main__":
     buffer, mean = collect(num_envs=16, steps=200)
-    batch = buffer.sample(4096)
+    batch = buffer.sample(4096, mirrored=0.5)
     print(f"mean reward {mean:.2f}, with the goals of hindsight {batch['reward'].mean():.2f}")

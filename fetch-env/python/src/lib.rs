@@ -13,6 +13,7 @@ mod exclusive;
 mod her;
 mod integer;
 mod learn;
+mod mirror;
 mod model;
 mod new_run;
 mod pictures;

@@ -45,8 +45,8 @@ impl New {
         } else {
             let preset = settings.parse::<Preset>().map_err(Error::chain)?;
             let mut settings = preset.settings(task);
-            if config.task.is_some() {
-                // The mirror images of other tasks are not known.
+            if config.task.as_ref().is_some_and(|task| task.mirror.is_none()) {
+                // Nothing says how the task looks in a mirror.
                 settings.replay.mirrored = 0.0;
             }
             settings

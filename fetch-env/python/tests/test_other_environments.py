@@ -50,6 +50,10 @@ class Line(gymnasium.Env):
         return np.abs(achieved_goal - desired_goal)[..., 0] < 0.3
 
 
+#: A line along y, which a mirror at 0.5 turns around.
+MIRROR = {"observation": "Yy", "goal": "Y", "action": "y", "center": (0, 0.5)}
+
+
 def line():
     return gymnasium.wrappers.TimeLimit(Line(), 20)
 
@@ -131,6 +135,17 @@ def test_wrappers_and_vectors_judge_as_they_do():
         fetch_env.HerBuffer(gymnasium.wrappers.TransformReward(line(), abs), 1000)
 
 
+def test_mirrored_rows_are_mirror_images():
+    env = line()
+    buffer = pickle.loads(pickle.dumps(fill(env, fetch_env.HerBuffer(env, 1000, mirror=MIRROR), 9)))
+    plain, mirrored = buffer.sample(256, seed=1), buffer.sample(256, seed=1, mirrored=1.0)
+    np.testing.assert_allclose(mirrored["achieved_goal"], 1.0 - plain["achieved_goal"], atol=1e-6)
+    np.testing.assert_array_equal(mirrored["observation"][:, 1], -plain["observation"][:, 1])
+    np.testing.assert_array_equal(mirrored["action"], -plain["action"])
+    goals = mirrored["next_achieved_goal"], mirrored["desired_goal"]
+    np.testing.assert_allclose(mirrored["reward"], Line().compute_reward(*goals, None), atol=1e-6)
+
+
 def test_what_it_cannot_hold_is_refused():
     with pytest.raises(TypeError, match="CartPole-v1 is not goal-conditioned"):
         fetch_env.HerBuffer(gymnasium.make("CartPole-v1"), 1000)
@@ -156,8 +171,12 @@ def test_what_it_cannot_hold_is_refused():
     for settings in ({"success": True}, {"keep_already_achieved": 0.5}):
         with pytest.raises(ValueError, match="only Fetch tasks have a distance threshold"):
             buffer.sample(8, **settings)
-    with pytest.raises(ValueError, match="mirrored"):
+    with pytest.raises(ValueError, match="nothing says how this environment looks in a mirror"):
         buffer.sample(8, mirrored=0.5)
+    with pytest.raises(ValueError, match="observation has 1 letters: pass one for each of its 2"):
+        fetch_env.HerBuffer(line(), 1000, mirror={**MIRROR, "observation": "Y"})
+    with pytest.raises(ValueError, match="mirror is for the environments of other packages"):
+        fetch_env.HerBuffer(fetch_env.FetchEnv("FetchPush-v4"), 1000, mirror=MIRROR)
     with pytest.raises(ValueError, match="up to 20 steps"):
         fetch_env.HerBuffer(line(), 19)
 

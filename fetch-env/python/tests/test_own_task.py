@@ -258,6 +258,33 @@ def test_buffers_relabel_with_the_reward_of_the_task():
         buffer.record(plain)
 
 
+def test_mirrored_rows_are_mirror_images():
+    class Mirrored(Meet):
+        mirror = {"goal": "xyz.", "extra": "uvw"}  # noqa: RUF012
+
+    envs = vector(8, task=Mirrored())
+    buffer = fetch_env.HerBuffer(envs, 1000, seed=0)
+    envs.reset(seed=0)
+    buffer.record(envs)
+    for _ in range(20):
+        envs.step(envs.action_space.sample())
+        buffer.record(envs)
+    plain, mirrored = buffer.sample(256, seed=1), buffer.sample(256, seed=1, mirrored=1.0)
+    across = 2 * envs.call("initial_gripper_xpos")[0][1] - plain["observation"][:, 1]
+    np.testing.assert_allclose(mirrored["observation"][:, 1], across, atol=1e-6)
+    turned = plain["observation"][:, 25:] * [-1, 1, -1]
+    np.testing.assert_array_equal(mirrored["observation"][:, 25:], turned)
+    for key in ("achieved_goal", "desired_goal", "next_achieved_goal"):
+        np.testing.assert_array_equal(mirrored[key], plain[key] * [1, -1, 1, 1])
+    np.testing.assert_array_equal(mirrored["reward"], plain["reward"])
+    Mirrored.mirror = {"goal": "xyz.", "extra": "uv"}
+    with pytest.raises(ValueError, match="extra has 2 letters: pass one for each of its 3"):
+        vector(task=Mirrored())
+    Mirrored.mirror = {"goal": "qqqq"}
+    with pytest.raises(ValueError, match=r"task's mirror: there is no letter 'q': pass X, Y"):
+        vector(task=Mirrored())
+
+
 class Lift:
     """The object in the air: the settings' reward, and no extra elements."""
 

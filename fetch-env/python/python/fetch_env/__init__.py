@@ -28,7 +28,7 @@ from .model import download_reference_model, has_reference_model, library_path
 from .pictures import Pixels
 from .policy import Policy
 from .program import main
-from .sampling import Sampling
+from .sampling import Mirror, Sampling
 from .settings import Settings
 from .task import Task
 from .vector import FetchVectorEnv
@@ -39,6 +39,7 @@ __all__ = [
     "FetchEnv",
     "FetchVectorEnv",
     "HerBuffer",
+    "Mirror",
     "MujocoError",
     "MujocoWarning",
     "Pixels",

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from .kinds import OtherKind
     from .rewards import Reward, Terminated
-    from .sampling import GoalStrategy, MotionlessEpisodes, Priorities, Sampling
+    from .sampling import GoalStrategy, Mirror, MotionlessEpisodes, Priorities, Sampling
     from .settings import ConfigArguments
 
 #: The ``k`` of the paper.
@@ -82,6 +82,8 @@ class HerBuffer(Adding):
         fields: Lengths of additional vectors of every transition, by name, such as
             ``{"log_prob": 1}``.
         priorities: Settings of priorities to draw by, such as ``{"unit": "transition"}``.
+        mirror: How an environment of another package looks in a mirror, for ``mirrored`` of
+            :meth:`sample`; see :class:`fetch_env.Mirror`.
         motionless_episodes: Keeps only a share of the episodes in which the achieved goal hardly
             moves, such as ``{"max_distance": 0.01, "kept": 0.1}`` (a bias). By default all are.
         seed: Fixes the sequence of batches that :meth:`sample` draws without a seed. By default it
@@ -97,6 +99,7 @@ class HerBuffer(Adding):
     _reward: Reward | None = None
     _terminated: Terminated | None = None
     _settings: str = "{}"
+    _mirror: str | None = None
     _episode_len: int | None = None
     # What copies and pickles lack: the environment, and its settings when they were compared.
     _env: weakref.ref[GoalRewards] | None = None
@@ -112,6 +115,7 @@ class HerBuffer(Adding):
         fields: Mapping[str, int] | None = None,
         priorities: Priorities | None = None,
         motionless_episodes: MotionlessEpisodes | None = None,
+        mirror: Mirror | None = None,
         seed: int | None = None,
     ) -> None:
         """Create an empty buffer; see the class."""
@@ -132,6 +136,7 @@ class HerBuffer(Adding):
         chosen = {"priorities": priorities, "motionless_episodes": motionless_episodes}
         fields = {} if fields is None else fields
         self._settings = all_to_json(fields=fields_of(fields), **chosen)
+        self._mirror = None if mirror is None else to_json("mirror", mirror)
         self._seeds = Seeds(seed)
         num_envs = 1 if isinstance(env, gymnasium.Env) else env.num_envs
         self._native = self._empty(capacity, num_envs)
@@ -149,7 +154,13 @@ class HerBuffer(Adding):
     def _empty(self, capacity: int, num_envs: int) -> _native.Buffer:
         kind, has_own_reward = native_kind(self._make), self._reward is not None
         return _native.Buffer(
-            kind, capacity, num_envs, self._episode_len, has_own_reward, self._settings
+            kind,
+            capacity,
+            num_envs,
+            self._episode_len,
+            has_own_reward,
+            self._settings,
+            self._mirror,
         )
 
     def __len__(self) -> int:

@@ -74,6 +74,24 @@ class MotionlessEpisodes(TypedDict):
     """Determines which are kept."""
 
 
+class Mirror(TypedDict):
+    """How an environment looks in a mirror: a letter for each element of its vectors.
+
+    ``X``, ``Y`` and ``Z`` stand for a position; ``x``, ``y`` and ``z`` for a difference or a
+    velocity; ``u``, ``v`` and ``w`` for a rotation about the three axes; ``.`` for what stays as it
+    is. For example, a position and a velocity in the plane are ``"XYxy"``.
+    """
+
+    observation: str
+    goal: str
+    action: str
+    axes: NotRequired[Literal["y", "x", "xy"]]
+    """The axis that is mirrored: ``"y"`` (the default), ``"x"``, or one, the other and both by
+    turns."""
+    center: NotRequired[tuple[float, float]]
+    """The x and y through which the mirrors pass, 0 by default."""
+
+
 class Sampling(TypedDict, total=False):
     """Settings of :meth:`fetch_env.HerBuffer.sample`."""
 
@@ -105,8 +123,10 @@ class Sampling(TypedDict, total=False):
     recomputed_rewards: bool
     """Whether all rows get the buffer's rewards, not only those with new goals."""
     mirrored: float
-    """The average share of rows that are mirrored. The task's one or three symmetries take turns by
-    the seed. Not with functions of your own, which may judge a mirror image differently."""
+    """The average share of rows that are mirrored, with the same rewards. The seed chooses one of
+    up to three mirrors: those of a Fetch task, or of the ``mirror`` of your own
+    :class:`fetch_env.Task` or of the buffer. Not for Fetch with functions passed to the buffer,
+    which may judge a mirror image differently."""
     goal_noise: GoalNoise | None
     """Moves some of the new goals."""
 

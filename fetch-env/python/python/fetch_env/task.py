@@ -47,6 +47,10 @@ class Task(Protocol):
       MJCF, such as ``<worldbody>``, with bodies that have free joints or are mocap bodies),
       ``object_shape`` (such as ``{"sphere": {"radius": 0.03}}``), ``object_mass`` (in kilograms)
       and ``object_friction``.
+    - ``mirror``: how it looks in a mirror, with which learning is faster: a dictionary of ``goal``
+      and ``extra``, with a letter for each element, and ``axes``, as in :class:`Mirror`. The
+      mirrors pass through the gripper's start. Your starts, rewards and bodies must be
+      symmetric, too.
     """
 
     goal_len: int

@@ -1,6 +1,6 @@
 //! Drawing batches as numpy arrays.
 
-use fetch_env::{GoalEnv, make};
+use fetch_env::GoalEnv;
 use goal_reward::{GoalReward, Symmetry};
 use her_relabel::{
     Batch, ColumnsMut, Field, GoalStrategy, Sampler, Transforms, TransitionId, UnitInterval,
@@ -12,6 +12,7 @@ use super::own_reward::OwnReward;
 use super::{Buffer, Contents, settings};
 use crate::error::{Error, Result};
 use crate::integer::Integer;
+use crate::task::{AnyReward, make};
 use crate::warnings::simulate;
 
 #[pymethods]
@@ -46,7 +47,7 @@ impl Buffer {
         let sampler = self.sampler(Sampler::new(batch_size, strategy, ratio), settings)?;
         let symmetry = match sampler.mirrored() {
             UnitInterval::ZERO => None,
-            _ if reward.is_some() || terminated.is_some() || self.is_of_own_task() => {
+            _ if self.env.is_some() && (reward.is_some() || terminated.is_some()) => {
                 return Err(Error::value(
                     "mirrored: a function of your own may judge a mirror image differently, and \
                      mirrored rows keep the reward of their original: leave it out",
@@ -101,16 +102,23 @@ impl Buffer {
         let symmetries = match self.symmetries.get() {
             Some(symmetries) => symmetries,
             None => {
-                let env = self.env.clone();
-                let symmetries = simulate(py, || {
-                    env.map_or(Ok(Vec::new()), |env| make(env).map(|env| env.symmetries()))
+                let own = match &self.reward {
+                    AnyReward::Own(own) => Some(own),
+                    AnyReward::Settings(_) => None,
+                };
+                let symmetries = simulate(py, || match self.env.clone() {
+                    Some(config) => make(config, own).map(|env| env.symmetries()),
+                    None => Ok(Vec::new()),
                 })?;
                 self.symmetries.get_or_init(|| symmetries)
             }
         };
         let turn = seed.checked_rem(symmetries.len() as u64).unwrap_or_default();
         symmetries.get(turn as usize).ok_or_else(|| {
-            Error::value("mirrored: scenes of your own may be in no mirror the same: leave it out")
+            Error::value(
+                "mirrored: nothing says how this environment looks in a mirror: give your task an \
+                 attribute mirror, pass mirror= to fetch_env.HerBuffer, or leave it out",
+            )
         })
     }
 }

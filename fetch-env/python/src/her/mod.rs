@@ -19,6 +19,7 @@ use crate::config::{ACTION_LEN, Config};
 use crate::error::{Error, Result};
 use crate::exclusive::Exclusive;
 use crate::integer::Integer;
+use crate::mirror::EnvMirror;
 use crate::task::AnyReward;
 
 /// The environment whose transitions a buffer holds.
@@ -84,7 +85,7 @@ struct Contents {
 impl Buffer {
     /// `settings` are settings of the buffer as JSON, by their names. `episode_len` is the number of
     /// steps after which an episode is cut off; `has_own_reward` says whether `sample` will get a
-    /// function.
+    /// function. `mirror` says, as JSON, how another environment looks in a mirror.
     #[new]
     #[pyo3(signature = (
         kind,
@@ -93,6 +94,7 @@ impl Buffer {
         episode_len = None,
         has_own_reward = false,
         settings = "{}",
+        mirror = None,
     ))]
     fn new(
         kind: Kind<'_>,
@@ -101,6 +103,7 @@ impl Buffer {
         episode_len: Option<usize>,
         has_own_reward: bool,
         settings: &str,
+        mirror: Option<&str>,
     ) -> Result<Self> {
         let (dims, transitions) = (kind.dims(), kind.transitions());
         let own = if has_own_reward { ", relabeled by another function" } else { "" };
@@ -118,7 +121,18 @@ impl Buffer {
             Kind::Fetch(config) => config.reward(),
             Kind::Other(_) => DistanceReward::sparse().into(),
         };
-        let symmetries = OnceLock::new();
+        let symmetries = match (mirror, &kind) {
+            (None, _) => OnceLock::new(),
+            (Some(mirror), Kind::Other(_)) => {
+                settings::parse::<EnvMirror>("mirror", mirror)?.symmetries(dims)?.into()
+            }
+            (Some(_), Kind::Fetch(_)) => {
+                return Err(Error::value(
+                    "mirror is for the environments of other packages: give a Fetch task of your \
+                     own an attribute mirror; the others need none",
+                ));
+            }
+        };
         Ok(Self { contents, env, reward, dims, transitions, task, episode_len, symmetries })
     }
 
@@ -194,10 +208,6 @@ impl Buffer {
 }
 
 impl Buffer {
-    const fn is_of_own_task(&self) -> bool {
-        matches!(self.reward, AnyReward::Own(_))
-    }
-
     fn check_transitions(&self, theirs: &str) -> Result<()> {
         let ours = &self.transitions;
         if theirs == ours {

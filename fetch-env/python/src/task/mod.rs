@@ -10,10 +10,10 @@ use baselines::runs::MakeEnvs;
 use fetch_env::variation::{Factor, InterfaceFactor};
 use fetch_env::{
     EnvError, FetchConfig, FetchEnv, FetchTask, GoalEnv, GoalReward, MakeError, ModelSource,
-    MujocoSimulator, NpRandom, Task,
+    MujocoSimulator, NpRandom, Simulator, Task,
     wrappers::{TimeLimit, Wrapped},
 };
-use goal_reward::{DistanceReward, GoalError, GoalPairs};
+use goal_reward::{DistanceReward, GoalError, GoalPairs, Symmetry};
 use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
@@ -35,6 +35,15 @@ pub(crate) struct Own {
 }
 
 impl Own {
+    /// Returns the symmetries that the task describes.
+    fn symmetries(&self, env: &Simulated) -> Vec<Symmetry> {
+        let (Some(mirror), Ok(robot)) = (&self.task.mirror, env.robot_symmetries()) else {
+            return Vec::new();
+        };
+        let center = env.simulator().settled().gripper_position;
+        mirror.symmetries(&robot, center).unwrap_or_default()
+    }
+
     /// Raises an error if the task cannot have this factor in an episode: what its methods return for
     /// many environments at once is neither late nor noisy.
     pub(crate) fn check(&self, factor: &Factor) -> Result<()> {
@@ -61,7 +70,9 @@ pub(crate) fn make(config: FetchConfig, own: Option<&Own>) -> Result<Simulated, 
         }
         Some(own) => {
             let reward = AnyReward::Own(own.clone());
-            env.with_goal_reward(reward).with_task(AnyTask::Own(own.clone()))
+            let env = env.with_goal_reward(reward).with_task(AnyTask::Own(own.clone()))?;
+            let symmetries = own.symmetries(&env);
+            Ok(env.with_symmetries(symmetries))
         }
     }
 }

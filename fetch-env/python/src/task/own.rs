@@ -9,12 +9,14 @@ use fetch_env::{EnvError, Extension, GoalReward, MujocoSimulator, NpRandom};
 use goal_reward::GoalPairs;
 use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::{intern, prelude::*};
+use serde::de::DeserializeOwned;
 
 use super::Own;
 use super::sim::{Seen, Sim};
 use crate::arrays::Numbers;
 use crate::error::{Error, Result};
 use crate::integer::Integer;
+use crate::mirror::TaskMirror;
 
 /// A Python object with the methods of `fetch_env.Task`. Those that it lacks are the settings'.
 pub(crate) struct OwnTask {
@@ -26,6 +28,8 @@ pub(crate) struct OwnTask {
     has_reward: bool,
     has_success: bool,
     range: Option<(f64, f64)>,
+    /// How it looks in a mirror, if it says so.
+    pub(crate) mirror: Option<TaskMirror>,
     /// The names of the bodies that it sees.
     names: OnceLock<Arc<[String]>>,
     /// The first exception of a reward, for which the trait has no place.
@@ -45,6 +49,10 @@ impl OwnTask {
             Some(len) => len.extract()?,
             None => Integer(0),
         };
+        let mirror: Option<TaskMirror> = described(task, "mirror")?;
+        if let Some(mirror) = &mirror {
+            mirror.check(goal_len, extra_len)?;
+        }
         Ok(Self {
             object: task.clone().unbind(),
             name: task.get_type().qualname()?.to_string(),
@@ -56,6 +64,7 @@ impl OwnTask {
                 Some(range) => Some(range.extract()?),
                 None => None,
             },
+            mirror,
             names: OnceLock::new(),
             error: Mutex::new(None),
         })
@@ -63,11 +72,7 @@ impl OwnTask {
 
     /// Reads what a task changes in the built-in model.
     pub(crate) fn extension(task: &Bound<'_, PyAny>) -> Result<Option<Extension>> {
-        let Some(extension) = task.getattr_opt("extension")? else { return Ok(None) };
-        let json: String =
-            task.py().import("json")?.call_method1("dumps", (extension,))?.extract()?;
-        let wrong = |error| Error::value(format!("the task's extension: {error}"));
-        serde_json::from_str(&json).map(Some).map_err(wrong)
+        described(task, "extension")
     }
 
     /// Returns the name of its class.
@@ -241,6 +246,14 @@ impl Own {
             (None, false) => self.settings.bounds(),
         }
     }
+}
+
+/// Reads an attribute of dictionaries, lists, names and numbers.
+fn described<T: DeserializeOwned>(task: &Bound<'_, PyAny>, name: &str) -> Result<Option<T>> {
+    let Some(value) = task.getattr_opt(name)? else { return Ok(None) };
+    let json: String = task.py().import("json")?.call_method1("dumps", (value,))?.extract()?;
+    let wrong = |error| Error::value(format!("the task's {name}: {error}"));
+    serde_json::from_str(&json).map(Some).map_err(wrong)
 }
 
 /// Returns the achieved and the desired goals as new arrays.
