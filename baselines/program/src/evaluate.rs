@@ -20,7 +20,7 @@ pub struct Args {
     #[arg(long, value_name = "ID", value_delimiter = ',', default_value = "FetchReach-v4")]
     env_id: Vec<EnvId>,
     /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, robust,
-    /// zero, or the file of a trained one
+    /// pixels (sees pictures), zero, or the file of a trained one
     #[arg(long, default_value = "trained")]
     policy: String,
     #[command(flatten)]

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use fetch_env::{EnvId, GoalObservation, Info, Step};
 
 use crate::shared::{
-    choice::{PolicyChoice, pixel_policy_of, policy_of},
+    choice::{PIXELS, PolicyChoice, pixel_policy_of, policy_of},
     env_id::parse_env_id,
     json::write_text,
     tasks::Tasks,
@@ -22,7 +22,7 @@ pub struct Args {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Policy that acts: random, proportional (or proportional=GAIN), scripted, trained, robust,
-    /// zero, or the file of a trained one
+    /// pixels (sees pictures), zero, or the file of a trained one
     #[arg(long, default_value = "scripted")]
     policy: String,
     /// Where to write the page
@@ -40,7 +40,7 @@ pub fn run(tasks: &impl Tasks, args: &Args) -> anyhow::Result<bool> {
         say!("  step   reward  distance  achieved goal            action")?;
     }
     let mut said = Ok(());
-    let playback = if let Some(mut policy) = pixel_policy_of(&args.policy)? {
+    let playback = if let Some(mut policy) = pixel_policy_of(&args.policy, id.task)? {
         Playback::record_seen(env, &mut policy, seed, |number, action, step| {
             say_step(args, &mut said, number, action, step);
         })?
@@ -81,6 +81,8 @@ fn say_step(
 
 /// Returns the name of a policy in titles.
 fn name(text: &str) -> &str {
-    let is_name = PolicyChoice::from_str(text, false).is_ok() || text.starts_with("proportional=");
+    let is_name = PolicyChoice::from_str(text, false).is_ok()
+        || text == PIXELS
+        || text.starts_with("proportional=");
     if is_name { text } else { "trained" }
 }

@@ -139,6 +139,16 @@ pub enum TrainedPolicyError {
         /// The task.
         task: Task,
     },
+    /// No policy of the task that sees pictures comes with this crate.
+    #[cfg(feature = "pixel-policies")]
+    #[error(
+        "no policy of {task} that sees pictures comes with this crate: choose Push or \
+         PickAndPlace, or train one with `fetch-env train --pixels`"
+    )]
+    NoPixels {
+        /// The task.
+        task: Task,
+    },
 }
 
 debug_as_display!(TrainedPolicyError);

@@ -2,6 +2,8 @@
 
 use fetch_env::Task;
 
+#[cfg(feature = "pixel-policies")]
+use super::pixels::PixelPolicy;
 use super::{TrainedPolicy, error::TrainedPolicyError};
 
 impl TrainedPolicy {
@@ -44,6 +46,25 @@ impl TrainedPolicy {
                 include_bytes!("../../policies/pick_and_place_robust.safetensors")
             }
             Task::Reach | Task::Slide => return Err(TrainedPolicyError::NotRobust { task }),
+        };
+        Self::from_bytes(bytes)
+    }
+}
+
+#[cfg(feature = "pixel-policies")]
+impl PixelPolicy {
+    /// Returns the policy that comes with this crate for a task, and sees pictures. The policy that
+    /// [sees the state](TrainedPolicy::shipped) was its teacher.
+    ///
+    /// # Errors
+    /// [`TrainedPolicyError::NoPixels`] for tasks other than Push and PickAndPlace.
+    pub fn shipped(task: Task) -> Result<Self, TrainedPolicyError> {
+        let bytes: &[u8] = match task {
+            Task::Push => include_bytes!("../../policies/push_pixels.safetensors"),
+            Task::PickAndPlace => {
+                include_bytes!("../../policies/pick_and_place_pixels.safetensors")
+            }
+            Task::Reach | Task::Slide => return Err(TrainedPolicyError::NoPixels { task }),
         };
         Self::from_bytes(bytes)
     }

@@ -37,8 +37,8 @@ pub struct Args {
     #[arg(long, value_name = "ID", default_value = "FetchPush-v4")]
     env_id: EnvId,
     /// Policies, separated by commas: random, proportional (or proportional=GAIN), scripted,
-    /// trained, robust, zero, files of trained ones, or folders of runs, such as those of several
-    /// seeds, which give the mean over their policies
+    /// trained, robust, pixels (sees pictures), zero, files of trained ones, or folders of runs, such
+    /// as those of several seeds, which give the mean over their policies
     #[arg(long, value_delimiter = ',', default_value = "trained")]
     policy: Vec<String>,
     /// Factor to sweep, and its values, such as observation_noise=0,0.01,0.02 or object_mass=1,2,4;

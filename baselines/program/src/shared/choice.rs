@@ -86,6 +86,9 @@ impl PolicyChoice {
     }
 }
 
+/// The value of `--policy` for the policies that see pictures and come with the program.
+pub const PIXELS: &str = "pixels";
+
 /// Returns the policies of the runs in a folder as their files, or else the name or file itself.
 ///
 /// # Errors
@@ -98,11 +101,19 @@ pub fn policies_of(text: &str) -> anyhow::Result<Vec<String>> {
     Ok(runs.iter().map(|run| run.join("policy.safetensors").display().to_string()).collect())
 }
 
-/// Returns the policy that sees pictures in a file; `None` for names and files of other policies.
+/// Returns the policy that a name or a file stands for, if it sees pictures.
 ///
 /// # Errors
-/// The file is not a policy.
-pub fn pixel_policy_of(text: &str) -> anyhow::Result<Option<PixelPolicy>> {
+/// The file is not a policy, or no policy of the task comes with the program.
+pub fn pixel_policy_of(text: &str, task: Task) -> anyhow::Result<Option<PixelPolicy>> {
+    if text == PIXELS {
+        #[cfg(feature = "pixel-policies")]
+        return Ok(Some(PixelPolicy::shipped(task)?));
+        #[cfg(not(feature = "pixel-policies"))]
+        return Err(usage(format_args!(
+            "no policy of {task} that sees pictures is in this build: pass the file of one"
+        )));
+    }
     if !Path::new(text).is_file() {
         return Ok(None);
     }

@@ -90,7 +90,7 @@ impl EpisodeArgs {
     ) -> anyhow::Result<Vec<Episode>> {
         let mut env = tasks.make(config.clone())?;
         let mut episodes = Vec::new();
-        if let Some(mut policy) = pixel_policy_of(policy_name)? {
+        if let Some(mut policy) = pixel_policy_of(policy_name, config.task())? {
             let pictures = AddRenderObservation::new(policy.sight().pixels.clone());
             let mut env = env.wrap(pictures)?;
             for &seed in seeds {
