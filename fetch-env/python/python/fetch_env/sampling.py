@@ -86,8 +86,8 @@ class Mirror(TypedDict):
     goal: str
     action: str
     axes: NotRequired[Literal["y", "x", "xy"]]
-    """The axis that is mirrored: ``"y"`` (the default), ``"x"``, or one, the other and both by
-    turns."""
+    """``"y"`` (the default) or ``"x"``, which is mirrored, or ``"xy"`` for one, the other and both
+    by turns."""
     center: NotRequired[tuple[float, float]]
     """The x and y through which the mirrors pass, 0 by default."""
 
