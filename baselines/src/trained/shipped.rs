@@ -53,7 +53,8 @@ impl TrainedPolicy {
 
 #[cfg(feature = "pixel-policies")]
 impl PixelPolicy {
-    /// Returns the policy that comes with this crate for a task, and sees pictures. The policy that
+    /// Returns the policy that comes with this crate for a task, and sees pictures of 64 x 64 pixels,
+    /// as [`Sight::of_task`](crate::Sight::of_task) describes. The policy that
     /// [sees the state](TrainedPolicy::shipped) was its teacher.
     ///
     /// # Errors

@@ -239,14 +239,20 @@ def test_mistakes_are_named():
         kept[0].gripper()
 
 
-def test_buffers_relabel_with_the_reward_of_the_task():
-    envs = vector(8)
+def recorded(task):
+    """Return environments, and a buffer of their random episodes."""
+    envs = vector(8, task=task)
     buffer = fetch_env.HerBuffer(envs, 1000, seed=0)
     envs.reset(seed=0)
     buffer.record(envs)
     for _ in range(20):
         envs.step(envs.action_space.sample())
         buffer.record(envs)
+    return envs, buffer
+
+
+def test_buffers_relabel_with_the_reward_of_the_task():
+    _, buffer = recorded(Meet())
     batch = pickle.loads(pickle.dumps(buffer)).sample(256)
     assert batch["observation"].shape == (256, 28)
     assert batch["relabeled"].any()
@@ -262,13 +268,7 @@ def test_mirrored_rows_are_mirror_images():
     class Mirrored(Meet):
         mirror = {"goal": "xyz.", "extra": "uvw"}  # noqa: RUF012
 
-    envs = vector(8, task=Mirrored())
-    buffer = fetch_env.HerBuffer(envs, 1000, seed=0)
-    envs.reset(seed=0)
-    buffer.record(envs)
-    for _ in range(20):
-        envs.step(envs.action_space.sample())
-        buffer.record(envs)
+    envs, buffer = recorded(Mirrored())
     plain, mirrored = buffer.sample(256, seed=1), buffer.sample(256, seed=1, mirrored=1.0)
     across = 2 * envs.call("initial_gripper_xpos")[0][1] - plain["observation"][:, 1]
     np.testing.assert_allclose(mirrored["observation"][:, 1], across, atol=1e-6)
